@@ -1,4 +1,4 @@
-//! What a chain has of effects beside contacts and dashpots, fixed for a run: how they act stands in [`super::beyond`].
+//! What a chain has of effects beside contacts and dashpots, fixed for a run: how they act stands in [`super::effect_state`].
 
 use crate::{
     ModelError,

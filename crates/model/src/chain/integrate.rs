@@ -106,7 +106,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
         scales[padded + 1..=padded + beads].fill(1.0 / (control.tolerance * velocity_scale).max(velocity_floor));
 
-        if L::IS_BEYOND {
+        if L::HAS_EFFECTS {
             let tail = 2 * padded;
             scales[tail + place::HORN[0]] = scales[1];
             scales[tail + place::HORN[1]] = scales[padded + 1];
@@ -159,7 +159,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.piston();
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[self.system.padded]) = piston;
-        self.equation.give_way(state);
+        self.equation.add_horn_motion(state);
         piston
     }
 
@@ -170,7 +170,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
 
     #[inline(always)]
     fn survey(&mut self) {
-        if L::IS_COUPLED || L::IS_BEYOND {
+        if L::IS_COUPLED || L::HAS_EFFECTS {
             self.place_piston();
             self.equation.survey(Instant::Start, self.stepper.state.as_flattened());
         }
@@ -201,7 +201,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 self.switch(switch, mode);
             }
         }
-        self.equation.let_go(self.stepper.state.as_flattened(), &self.resolution);
+        self.equation.release_beads(self.stepper.state.as_flattened(), &self.resolution);
         self.stepper.restart(&mut self.equation, piston);
     }
 
@@ -449,7 +449,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.stepper.end_piston();
         let state = self.stepper.end_state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        self.equation.give_way(state);
+        self.equation.add_horn_motion(state);
         self.equation.survey(Instant::End, state);
         self.equation.overlap_and_rate(Instant::End, switch, state)
     }
@@ -513,7 +513,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.motion.at(self.smooth.to);
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        self.equation.give_way(state);
+        self.equation.add_horn_motion(state);
         let state = self.stepper.state.as_flattened();
         self.balance.channels = self.equation.channels(state);
         let kinetic = self.system.kinetic_energy(&state[padded..2 * padded]);

@@ -8,13 +8,13 @@
 //! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
 //! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise.
 //!
-//! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes (`beyond.rs`).
+//! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes (`acting.rs`).
 //! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction between beads, gravity.
 
-mod beyond;
 mod coupling;
 mod crossing;
 mod dormand_prince;
+mod effect_state;
 mod effects;
 pub mod ensemble;
 mod equation;

@@ -74,8 +74,8 @@ impl Grid {
         let (state, forces) = self.sample();
         let state = state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        if L::IS_BEYOND {
-            equation.give_way(state);
+        if L::HAS_EFFECTS {
+            equation.add_horn_motion(state);
             equation.relax(state, None);
         }
         let (u, v) = state.split_at(padded);
@@ -83,7 +83,7 @@ impl Grid {
         for (out, force) in forces.as_flattened_mut().iter_mut().zip(force) {
             *out = *force;
         }
-        if L::IS_BEYOND {
+        if L::HAS_EFFECTS {
             self.columns.piston[sample] = u[0];
         }
         self.held += 1;

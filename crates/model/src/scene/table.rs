@@ -391,12 +391,7 @@ pub const KEYS: &[Key] = &[
         .or(DEFAULT_TOLERANCE)
         .when(&[Is("model.kind", &["chain"]), Is("model.integrator", &["dormand-prince-853"])]),
     number("model.step", Dimension::TIME, Bound::Positive, "fixed step")
-        .number(|scene| match (scene.model.kind, scene.model.integrator) {
-            (ModelKind::Fea, _) => Some(scene.model.fea.step),
-            (ModelKind::Reduced, _) => Some(scene.model.reduced.step),
-            (ModelKind::Chain, Integrator::Symplectic { step }) => Some(step),
-            (ModelKind::Chain, Integrator::DormandPrince853 { .. }) => None,
-        })
+        .number(|scene| scene.model.step())
         .needed("model.step = \"50 ns\"")
         .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; symplectic must be told")
         .when(STEPPED),

@@ -193,8 +193,8 @@ fn amplitude(
     velocities: &[c64],
     angular_frequency: f64,
 ) -> Result<c64, FieldPointError> {
-    let heard = radiator.pressure_spectrum(water, point, angular_frequency)?;
-    Ok(heard.iter().zip(velocities).map(|(heard, velocity)| heard * velocity).sum())
+    let kernels = radiator.pressure_spectrum(water, point, angular_frequency)?;
+    Ok(kernels.iter().zip(velocities).map(|(kernel, velocity)| kernel * velocity).sum())
 }
 
 /// What beam patterns tend to far away: P d e^{ikd} as d → ∞ (Pa·m), at the angles θ (rad) from the axis.

@@ -37,11 +37,11 @@ impl Radiator<'_> {
         rule: &InstantRule,
         accelerations: &dyn Fn(f64, &mut [f64]),
     ) -> Result<Vec<f64>, FieldPointError> {
-        let heard = self.memory_at(water, point.checked()?);
+        let memory = self.memory_at(water, point.checked()?);
         let mut motion = vec![0.0; self.shapes.len()];
         let mut pressure = vec![0.0; times.len()];
-        for piece in heard.breaks.windows(2) {
-            heard.over(piece[0], piece[1], &rule.rule, |tau, weight, kernel| {
+        for piece in memory.breaks.windows(2) {
+            memory.over(piece[0], piece[1], &rule.rule, |tau, weight, kernel| {
                 for (sum, time) in pressure.iter_mut().zip(times) {
                     accelerations(time - tau, &mut motion);
                     *sum += weight * kernel.iter().zip(&motion).map(|(h, a)| h * a).sum::<f64>();

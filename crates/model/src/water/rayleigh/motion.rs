@@ -31,7 +31,7 @@ pub struct WetDisc {
     back: Vec<f64>,
     modes: usize,
     kernel: RadiationKernel,
-    heard: Vec<Vec<f64>>,
+    pressure_kernels: Vec<Vec<f64>>,
     /// (2/Δ + Λ Δ/2 + W₀)⁻¹, row by row.
     inverse: Vec<f64>,
     /// Displacement of the pole at the end of a step for a unit force there, m/N.
@@ -65,7 +65,7 @@ impl WetDisc {
         // Nothing pushes back in a vacuum: no kernel, and no memory of the past.
         let kernel =
             if water.density > 0.0 { radiator.kernel(water, step) } else { RadiationKernel::none(count, step) };
-        let heard =
+        let pressure_kernels =
             points.iter().map(|&point| radiator.pressure_kernel(water, point, step)).collect::<Result<Vec<_>, _>>()?;
         let squares: Vec<f64> = modes.frequencies.iter().map(|frequency| (TAU * frequency).powi(2)).collect();
         let matrix = Mat::from_fn(count, count, |j, k| {
@@ -75,7 +75,11 @@ impl WetDisc {
         let inverse: Vec<f64> = (0..count * count).map(|i| solved[(i / count, i % count)]).collect();
         let pushed = inverse.chunks_exact(count).zip(&modes.pole).map(|(row, own)| own * dot(row, &modes.pole));
         let compliance = 0.5 * step * pushed.sum::<f64>();
-        let rows = heard.iter().map(|heard| heard.len() / count).chain([kernel.cells()]).fold(1, usize::max);
+        let rows = pressure_kernels
+            .iter()
+            .map(|pressure_kernels| pressure_kernels.len() / count)
+            .chain([kernel.cells()])
+            .fold(1, usize::max);
         let zeros = vec![0.0; count];
         Ok(Self {
             step,
@@ -84,7 +88,7 @@ impl WetDisc {
             back: modes.back.iter().map(|shape| shape.at(0.0)).collect(),
             modes: modes.modes,
             kernel,
-            heard,
+            pressure_kernels,
             inverse,
             compliance,
             displacement: zeros.clone(),
@@ -213,7 +217,7 @@ impl OnWater for WetDisc {
     fn pressure(&self, point: usize) -> f64 {
         let count = self.pole.len();
         let rows = self.increments.len() / count;
-        let cells = self.heard[point].chunks_exact(count).enumerate();
+        let cells = self.pressure_kernels[point].chunks_exact(count).enumerate();
         cells
             .map(|(cell, weights)| {
                 let place = (self.newest + rows - cell) % rows;
