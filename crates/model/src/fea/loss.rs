@@ -50,17 +50,11 @@ impl BodyLoss {
     /// Of every kind of body of a scene, none where it loses nothing.
     pub(crate) fn of(kinds: &[Body], support: Option<usize>, scene: &Scene) -> Vec<Option<Self>> {
         let drag = scene.holder.map_or(0.0, |holder| holder.drag);
-        let of_kind = |kind: usize| match support == Some(kind) {
-            true => Self {
-                drag: 0.0,
-                retardation: MaterialLoss::retardation(scene.loss.support),
-                relaxation: scene.loss.relaxation,
-            },
-            false => Self {
-                drag: drag / kinds[kind].total_mass(),
-                retardation: MaterialLoss::retardation(scene.loss.beads),
-                relaxation: None,
-            },
+        let of_kind = |kind: usize| {
+            let is_support = support == Some(kind);
+            let (retardation, relaxation) = scene.loss.of_body(is_support);
+            let drag = if is_support { 0.0 } else { drag / kinds[kind].total_mass() };
+            Self { drag, retardation, relaxation }
         };
         (0..kinds.len()).map(|kind| Some(of_kind(kind)).filter(|loss| *loss != Self::default())).collect()
     }
