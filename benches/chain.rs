@@ -230,7 +230,8 @@ fn finite_bodies(wanted: impl Fn(&str) -> bool) {
         let laws = FiniteBodyLaws::fit(&scene).expect("the bodies can be meshed");
         let motion = scene.drive.motion(scene.amplitude_scale);
         let still = InitialState::at_rest(scene.chain.beads.len());
-        let run = || ChainModel.run_with_laws(&scene, &laws, motion.as_ref(), &still, &mut |_| true).expect("it runs");
+        let run =
+            || ChainModel.run_with_laws(&scene, Some(&laws), motion.as_ref(), &still, &mut |_| true).expect("it runs");
         let work = run().work;
         let (per, unit) = if per_step { (6.0 * work.steps as f64, "µs a bead and step") } else { (1.0, "µs a run") };
         line(name, timed(50, || drop(black_box(run()))), per, unit);

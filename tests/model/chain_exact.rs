@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
+use super::continuous::Continuous;
 use granchain::{
     model::{
         analytical::{Collision, DISCRETE_SPEED_FACTOR, cutoff_frequency, mode_frequency, solitary_wave_speed},
-        chain::{ChainModel, InitialState, Trajectory},
         contact_law::bead_pair_stiffness,
     },
     scene::{
@@ -65,18 +65,11 @@ fn free(beads: usize, damping: Damping, duration: f64) -> Scene {
     scene
 }
 
-fn run(scene: &Scene, velocities: Vec<f64>) -> Trajectory {
-    let initial = InitialState { displacements: vec![0.0; velocities.len()], velocities };
-    let motion = scene.drive.motion(scene.amplitude_scale);
-    ChainModel.trajectory(scene, motion.as_ref(), &initial, &mut |_| true).unwrap()
-}
-
 /// Relative speed after over before a head-on collision of two beads.
 fn restitution(damping: Damping, speed: f64) -> f64 {
     let scene = free(2, damping, 40e-6);
-    let after = run(&scene, vec![speed, 0.0]);
-    let end = after.end();
-    (after.velocity(1, end) - after.velocity(0, end)) / speed
+    let after = Continuous::run(&scene, vec![speed, 0.0], 1e-7);
+    (after.velocity(1, scene.duration) - after.velocity(0, scene.duration)) / speed
 }
 
 fn assert_relative(found: f64, expected: f64, tolerance: f64, what: &str) {
@@ -86,11 +79,11 @@ fn assert_relative(found: f64, expected: f64, tolerance: f64, what: &str) {
 
 #[test]
 fn the_rigid_scene_has_the_tabulated_extremes_and_samples() {
-    let run = run(&rigid(1e-12), vec![0.0; 6]);
+    let run = Continuous::run(&rigid(1e-12), vec![0.0; 6], 1e-8);
     // The table ends at 70 µs, where waveforms of the undamped chain are still reproducible; 1e-8 m/s is its tolerance.
-    let (time, value) = run.maximum_velocity(5, 0.0, 70e-6);
+    let (time, value) = run.extreme_velocity(5, 1.0, 70e-6);
     assert!((value - 0.683_176_961).abs() < 1e-8 && (time - 63.580_54e-6).abs() < 1e-10, "{value:.9} at {time:e}");
-    let (time, value) = run.minimum_velocity(5, 0.0, 70e-6);
+    let (time, value) = run.extreme_velocity(5, -1.0, 70e-6);
     assert!((value + 0.705_301_767).abs() < 1e-8 && (time - 65.660_61e-6).abs() < 1e-10, "{value:.9} at {time:e}");
     for (time, expected) in [(10e-6, 0.336_428_016_202), (40e-6, -0.061_424_596_604), (68e-6, 0.026_901_201_869)] {
         let value = run.velocity(5, time);
@@ -104,7 +97,7 @@ fn an_undamped_collision_lasts_presses_and_pushes_as_hertz_says() {
     let scene = free(2, undamped(), 10e-6);
     let collision =
         Collision { reduced_mass: bead().mass() / 2.0, hertz_stiffness: bead_pair_stiffness(&bead(), &bead()), speed };
-    let collided = run(&scene, vec![speed, 0.0]);
+    let collided = Continuous::run(&scene, vec![speed, 0.0], 1e-9);
     let overlap = |time: f64| collided.displacement(0, time) - collided.displacement(1, time);
     // Largest overlap at half the duration, by symmetry; separation at the duration: the overlap changes sign there.
     let duration = collision.duration();
@@ -147,7 +140,7 @@ fn restitution_of_a_bead_pair_is_as_tabulated() {
 
 #[test]
 fn a_cradle_of_three_does_not_simply_hand_over_the_velocity() {
-    let cradle = run(&free(3, undamped(), 60e-6), vec![0.1, 0.0, 0.0]);
+    let cradle = Continuous::run(&free(3, undamped(), 60e-6), vec![0.1, 0.0, 0.0], 1e-7);
     for (bead, expected) in [-0.070_952_354, 0.076_403_039, 0.994_549_315].into_iter().enumerate() {
         let found = cradle.velocity(bead, 60e-6) / 0.1;
         // The table's own tolerance; it carries nine decimals.
@@ -169,33 +162,11 @@ fn small_motions_of_the_precompressed_chain_have_the_tabulated_frequencies() {
         // One mode alone: cosine with antinodes half a spacing outside the end beads, with signs opposite at the two flats' images.
         let shape: Vec<f64> =
             (0..6).map(|bead| ((f64::from(bead) + 0.5) * (index + 1) as f64 * PI / 6.0).sin()).collect();
-        let motion = run(&scene, shape.iter().map(|value| 1e-5 * value).collect());
-        let found = frequency(&motion, index, expected, 400e-6);
+        let motion = Continuous::run(&scene, shape.iter().map(|value| 1e-5 * value).collect(), 1e-7);
+        let found = motion.frequency(&shape, expected, 400e-6);
         // Amplitude: overlap 1e-11 m of 0.57 µm, so the quadratic frequency shift is of order (2e-5)² ≈ 1e-9.
         assert_relative(found, expected, 1e-6, "small-amplitude run");
     }
-}
-
-/// Frequency of a nearly sinusoidal motion from its first and its last upward zero crossing of the modal velocity.
-fn frequency(motion: &Trajectory, index: usize, guess: f64, duration: f64) -> f64 {
-    let modal = |time: f64| {
-        (0..6)
-            .map(|bead| ((bead as f64 + 0.5) * (index + 1) as f64 * PI / 6.0).sin() * motion.velocity(bead, time))
-            .sum::<f64>()
-    };
-    let crossing = |near: f64| {
-        let (mut low, mut high) = (near - 0.2 / guess, near + 0.2 / guess);
-        assert!(modal(low) < 0.0 && modal(high) > 0.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if modal(middle) < 0.0 { low = middle } else { high = middle }
-        }
-        0.5 * (low + high)
-    };
-    // Starts as a cosine: upward crossings at (n − 1/4) periods.
-    let periods = (duration * guess - 0.5).floor();
-    let (first, last) = (crossing(0.75 / guess), crossing((periods - 0.25) / guess));
-    (periods - 1.0) / (last - first)
 }
 
 #[test]
@@ -205,9 +176,9 @@ fn a_solitary_wave_through_two_hundred_beads_has_the_discrete_speed() {
     scene.model.integrator = Integrator::DormandPrince853 { tolerance: 1e-11 };
     let mut velocities = vec![0.0; beads];
     velocities[0] = 0.1;
-    let wave = run(&scene, velocities);
+    let wave = Continuous::run(&scene, velocities, 5e-8);
     // Far from the struck end the leading pulse has left its followers behind; peaks of two beads give its speed.
-    let peak = |bead: usize| wave.maximum_velocity(bead, 0.0, 460e-6);
+    let peak = |bead: usize| wave.extreme_velocity(bead, 1.0, 460e-6);
     let ((from, velocity), (to, later)) = (peak(120), peak(170));
     assert_relative(later, velocity, 1e-8, "the pulse keeps its height");
     let speed = 50.0 * 1e-3 / (to - from);
@@ -225,9 +196,9 @@ fn uncompressed_pulse_speed_scales_as_velocity_to_one_fifth() {
         scene.model.integrator = Integrator::DormandPrince853 { tolerance: 1e-10 };
         let mut velocities = vec![0.0; 40];
         velocities[0] = velocity;
-        let wave = run(&scene, velocities);
-        let end = wave.end();
-        1.0 / (wave.maximum_velocity(30, 0.0, end).0 - wave.maximum_velocity(20, 0.0, end).0)
+        let wave = Continuous::run(&scene, velocities, scene.duration / 2048.0);
+        let peak = |bead: usize| wave.extreme_velocity(bead, 1.0, scene.duration).0;
+        1.0 / (peak(30) - peak(20))
     };
     // The law is an exact similarity of the equations; what is left is the integrator's error.
     assert!(((speed(3.2) / speed(0.1)).log(32.0) - 0.2).abs() < 1e-7);

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
+use super::continuous::Continuous;
 use granchain::{
     model::{
         self,
         chain::{
-            ChainModel, FiniteBodyLaws, InitialState, Trajectory,
+            ChainModel, FiniteBodyLaws, InitialState,
             ensemble::{Ensemble, Variation},
         },
         contact_law::{ElasticLaw, FiniteBody, FiniteHertz, Law},
@@ -36,18 +37,16 @@ fn stiffening(law: &FiniteHertz) -> f64 {
 fn run(scene: &Scene, laws: &FiniteBodyLaws) -> Response {
     let motion = scene.drive.motion(scene.amplitude_scale);
     let still = InitialState::at_rest(scene.chain.beads.len());
-    ChainModel.run_with_laws(scene, laws, motion.as_ref(), &still, &mut |_| true).unwrap()
+    ChainModel.run_with_laws(scene, Some(laws), motion.as_ref(), &still, &mut |_| true).unwrap()
 }
 
 /// Without piston and support, thrown.
-fn thrown(scene: &mut Scene, velocities: Vec<f64>, duration: f64) -> Trajectory {
+fn thrown(scene: &mut Scene, velocities: Vec<f64>, duration: f64) -> Continuous {
     let last = scene.chain.beads.len();
     (scene.chain.gaps[0], scene.chain.gaps[last]) = (f64::INFINITY, f64::INFINITY);
     scene.amplitude_scale = 0.0;
     scene.duration = duration;
-    let motion = scene.drive.motion(0.0);
-    let initial = InitialState { displacements: vec![0.0; last], velocities };
-    ChainModel.trajectory(scene, motion.as_ref(), &initial, &mut |_| true).unwrap()
+    Continuous::run(scene, velocities, 1e-7)
 }
 
 #[test]
@@ -264,28 +263,14 @@ fn small_motions_of_the_precompressed_chain_have_the_frequencies_of_its_dispersi
     let laws = FiniteBodyLaws::fit(&scene).unwrap();
     let (pair, coupled, mass) = (fitted(&laws, 1), laws.couplings[0], scene.chain.beads[0].mass());
     let tangent = pair.tangent_stiffness(pair.overlap(1.0));
-    let motion = scene.drive.motion(0.0);
     for mode in 1..=6usize {
         // A rigid flat mirrors the chain, so its modes are waves of q = jπ/N: (1/K + 2 s cos q) F = 2 sin(q/2) u, m ω² u = 2 sin(q/2) F.
         let q = mode as f64 * PI / 6.0;
         let squared = 4.0 * (q / 2.0).sin().powi(2) / mass / (1.0 / tangent + 2.0 * coupled * q.cos());
         let expected = squared.sqrt() / (2.0 * PI);
-        let shape = |bead: usize| ((bead as f64 + 0.5) * q).sin();
-        let initial =
-            InitialState { displacements: vec![0.0; 6], velocities: (0..6).map(|bead| 1e-5 * shape(bead)).collect() };
-        let run = ChainModel.trajectory(&scene, motion.as_ref(), &initial, &mut |_| true).unwrap();
-        let modal = |time: f64| (0..6).map(|bead| shape(bead) * run.velocity(bead, time)).sum::<f64>();
-        let crossing = |near: f64| {
-            let (mut low, mut high) = (near - 0.2 / expected, near + 0.2 / expected);
-            assert!(modal(low) < 0.0 && modal(high) > 0.0, "mode {mode}");
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if modal(middle) < 0.0 { low = middle } else { high = middle }
-            }
-            0.5 * (low + high)
-        };
-        let periods = (300e-6 * expected - 0.5).floor();
-        let found = (periods - 1.0) / (crossing((periods - 0.25) / expected) - crossing(0.75 / expected));
+        let shape: Vec<f64> = (0..6).map(|bead| ((f64::from(bead) + 0.5) * q).sin()).collect();
+        let run = Continuous::run(&scene, shape.iter().map(|value| 1e-5 * value).collect(), 1e-7);
+        let found = run.frequency(&shape, expected, 300e-6);
         // The flats' law is fitted apart from the pairs': they are mirror images to 3e-4 of the force.
         assert!((found / expected - 1.0).abs() < 2e-4, "mode {mode}: {found} {expected}");
         let uncoupled = (2.0 * (q / 2.0).sin() * (tangent / mass).sqrt()) / (2.0 * PI);
@@ -366,7 +351,7 @@ fn bodies_that_have_no_mesh_keep_their_law_and_a_law_without_meaning_is_refused(
     let other = load("rigid", &["support.kind=rigid"]);
     let motion = other.drive.motion(1.0);
     let still = InitialState::at_rest(6);
-    let refused = ChainModel.run_with_laws(&other, &laws, motion.as_ref(), &still, &mut |_| true).unwrap_err();
+    let refused = ChainModel.run_with_laws(&other, Some(&laws), motion.as_ref(), &still, &mut |_| true).unwrap_err();
     assert!(refused.to_string().contains("another support"), "{refused}");
     let refused = scene::load("rigid", &["model.kind=fea".into(), "contact.law=finite-body".into()]).unwrap_err();
     let text = refused.to_string();

@@ -1,7 +1,7 @@
 //! What a run will take, from its scene alone, and whether that is too much.
 
 use super::ModelError;
-use crate::scene::{Integrator, Limits, ModelKind, Scene};
+use crate::scene::{Limits, ModelKind, Scene};
 
 /// Unknowns of a meshed body over the square of the mesh density: 10,700 at 12, 168,000 at 48.
 const UNKNOWNS_A_SQUARE: f64 = 73.0;
@@ -42,14 +42,12 @@ impl Estimate {
         let model = &scene.model;
         let (beads, samples) = (scene.chain.beads.len() as f64, scene.duration / scene.output_step);
         let meshed = UNKNOWNS_A_SQUARE * f64::from(model.meshing().density).powi(2);
-        let (unknowns, step) = match model.kind {
-            ModelKind::Chain => match model.integrator {
-                Integrator::DormandPrince853 { .. } => (beads, scene.output_step),
-                Integrator::Symplectic { step } => (beads, step),
-            },
-            ModelKind::Reduced => (beads * f64::from(2 + model.reduced.modes), model.reduced.step),
-            ModelKind::Fea => (beads * meshed, model.fea.step),
+        let unknowns = match model.kind {
+            ModelKind::Chain => beads,
+            ModelKind::Reduced => beads * f64::from(2 + model.reduced.modes),
+            ModelKind::Fea => beads * meshed,
         };
+        let step = model.step().unwrap_or(scene.output_step);
         let disc = if scene.support.disc().is_some() { UNKNOWNS_OF_DISC } else { 0.0 };
         let bodies = if model.kind.is_meshed() { kinds(scene) * meshed * BYTES_AN_UNKNOWN } else { 0.0 };
         Self {
@@ -138,12 +136,12 @@ mod tests {
             (damped("damping.kind=linear", "damping.coefficient=1e15"), stiff),
             (damped("damping.kind=kuwabara-kono", "damping.coefficient=1e10"), stiff),
         ];
-        for (scene, told) in cases {
+        for (scene, expected) in cases {
             let error = model::run(&scene, &mut |_| panic!("it runs")).unwrap_err().to_string();
-            assert!(error.contains(told) && error.contains("--no-limits"), "{told}: {error}");
+            assert!(error.contains(expected) && error.contains("--no-limits"), "{expected}: {error}");
             // Stopped at its first report, so it was begun.
             let lifted = scene.with_limits(Limits::NONE);
-            if told == stiff {
+            if expected == stiff {
                 let stopped = model::run(&lifted, &mut |_| false).unwrap_err();
                 assert!(matches!(stopped, ModelError::Stopped { .. }), "{stopped}");
             }

@@ -122,7 +122,7 @@ impl<N: Number> Hold<N> {
 
     /// Book what [`Hold::slowed`] took from a bead that moved at `velocity` (m/s).
     #[inline(always)]
-    pub(crate) fn book(&self, bead: usize, velocity: N, [dragged, rubbed, left]: [N; 3], loss: &mut HoldLoss<N>) {
+    pub(crate) fn add_loss(&self, bead: usize, velocity: N, [dragged, rubbed, left]: [N; 3], loss: &mut HoldLoss<N>) {
         let half_mass = self.beads[bead].mass * 0.5;
         let square = |v: N| v * v;
         let drag = square(velocity) - square(dragged) + (square(rubbed) - square(left));
@@ -187,7 +187,7 @@ mod tests {
         let (mut v, mut x, mut stopped, mut loss) = (speed, 0.0, None, HoldLoss::none());
         for taken in 1..=4000 {
             let steps = hold.slowed(0, v, [0.0; 2]);
-            hold.book(0, v, steps, &mut loss);
+            hold.add_loss(0, v, steps, &mut loss);
             x += 0.5 * step * (v + steps[2]);
             v = steps[2];
             if stopped.is_none() && v < 1e-5 {

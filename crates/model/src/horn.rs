@@ -88,6 +88,15 @@ impl<N: Number> HornStep<N> {
         motion.lost = motion.lost + (before - self.free_energy(motion));
     }
 
+    /// [`HornStep::turn`], and the velocity (m/s) at the end of the step but for the force of the second kick, which is not known yet.
+    #[inline(always)]
+    pub(crate) fn begin(&self, motion: &mut HornMotion<N>, pushed: N) -> N {
+        self.turn(motion, pushed);
+        let mut free = *motion;
+        self.kick(&mut free, N::ZERO);
+        free.velocity
+    }
+
     /// A kick by the force `pushed` (N).
     #[inline(always)]
     pub(crate) fn kick(&self, motion: &mut HornMotion<N>, pushed: N) {

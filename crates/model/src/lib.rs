@@ -1,6 +1,7 @@
 //! Physics: from a scene to a response, or to a typed failure.
 
 pub mod analytical;
+mod attached;
 pub mod chain;
 pub mod contact_law;
 mod estimate;

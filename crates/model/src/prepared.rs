@@ -36,12 +36,12 @@ use granchain_signal::Series;
 #[derive(Debug)]
 pub struct Prepared {
     bodies: Bodies,
-    rung: Rung,
-    made: Preparation,
+    model: PreparedModel,
+    work: Preparation,
 }
 
 #[derive(Debug)]
-enum Rung {
+enum PreparedModel {
     Chain(Option<FiniteBodyLaws>),
     /// The chain in front of a disc.
     OnDisc(Box<DiscSupport>),
@@ -58,32 +58,32 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, ModelError> {
 
 /// As [`prepare`], with reduced bodies read from a cache that holds them, and kept there where it does not. Results are the same to the bit.
 pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, ModelError> {
-    let (rung, made) = tally::during(|| rung(scene, cache));
-    Ok(Prepared { bodies: Bodies::of(scene), rung: rung?, made })
+    let (model, work) = tally::during(|| model(scene, cache));
+    Ok(Prepared { bodies: Bodies::of(scene), model: model?, work })
 }
 
-fn rung(scene: &Scene, cache: Option<&Cache>) -> Result<Rung, ModelError> {
+fn model(scene: &Scene, cache: Option<&Cache>) -> Result<PreparedModel, ModelError> {
     refuse_excess(scene)?;
     scene.refuse_free_end()?;
     Ok(match scene.model.kind {
         ModelKind::Chain if scene.support.disc().is_some() => {
             super::need_drive(scene, "chain")?;
-            Rung::OnDisc(Box::new(DiscSupport::new(scene)?))
+            PreparedModel::OnDisc(Box::new(DiscSupport::new(scene)?))
         }
-        ModelKind::Chain if scene.has_fitted_laws() => Rung::Chain(Some(match cache {
+        ModelKind::Chain if scene.has_fitted_laws() => PreparedModel::Chain(Some(match cache {
             Some(cache) if scene.has_own_ring() => cache.contact_laws(scene)?,
             _ => FiniteBodyLaws::fit(scene)?,
         })),
-        ModelKind::Chain => Rung::Chain(None),
+        ModelKind::Chain => PreparedModel::Chain(None),
         ModelKind::Reduced => {
             let (reduction, origin) = match cache {
                 // A disc on water is made anew: its modes and the water's answer are not kept.
                 Some(cache) if scene.water.is_none() => cache.reduction(scene)?,
                 _ => (Reduction::new(scene)?, Origin::Made { not_kept: None }),
             };
-            Rung::Reduced { reduction: Box::new(reduction), origin }
+            PreparedModel::Reduced { reduction: Box::new(reduction), origin }
         }
-        ModelKind::Fea => Rung::Fea,
+        ModelKind::Fea => PreparedModel::Fea,
     })
 }
 
@@ -103,17 +103,17 @@ impl Prepared {
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
         self.refuse(scene)?;
-        let response = match &self.rung {
-            Rung::Chain(fitted) => {
+        let response = match &self.model {
+            PreparedModel::Chain(fitted) => {
                 let still = InitialState::at_rest(scene.chain.beads.len());
-                ChainModel.run_on(scene, fitted.as_ref(), motion, &still, progress)
+                ChainModel.run_with_laws(scene, fitted.as_ref(), motion, &still, progress)
             }
-            Rung::OnDisc(disc) => {
+            PreparedModel::OnDisc(disc) => {
                 super::need_drive(scene, "chain")?;
                 disc.run(scene, motion, progress)
             }
-            Rung::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
-            Rung::Fea => fea::run(scene, motion, progress),
+            PreparedModel::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
+            PreparedModel::Fea => fea::run(scene, motion, progress),
         }?;
         super::check_energy(&response.energy)?;
         Ok(response)
@@ -131,9 +131,11 @@ impl Prepared {
     }
 
     pub fn together(&self) -> usize {
-        match &self.rung {
-            Rung::Reduced { .. } if self.bodies.water.is_none() => reduced::MOST_TOGETHER,
-            Rung::Reduced { .. } | Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => 1,
+        match &self.model {
+            PreparedModel::Reduced { .. } if self.bodies.water.is_none() => reduced::MOST_TOGETHER,
+            PreparedModel::Reduced { .. } | PreparedModel::Chain(_) | PreparedModel::OnDisc(_) | PreparedModel::Fea => {
+                1
+            }
         }
     }
 
@@ -144,9 +146,9 @@ impl Prepared {
     /// - `go_on`: asked now and then; what is not finished once it says no is [`ModelError::Stopped`]
     pub fn traces(&self, scenes: &[Scene], go_on: &dyn Fn() -> bool) -> Vec<Result<Series, ModelError>> {
         let mut traces = Vec::with_capacity(scenes.len());
-        for together in scenes.chunk_by(reduced::go_together) {
-            match &self.rung {
-                Rung::Reduced { reduction, .. }
+        for together in scenes.chunk_by(reduced::can_run_together) {
+            match &self.model {
+                PreparedModel::Reduced { reduction, .. }
                     if together.len() >= reduced::FEWEST_TOGETHER
                         && together.iter().all(|scene| self.refuse(scene).is_ok()) =>
                 {
@@ -162,23 +164,25 @@ impl Prepared {
 
     /// What making them ready took: nothing of what a cache held, nothing of what a run makes itself, such as the bodies of `fea`.
     pub fn work(&self) -> Preparation {
-        self.made
+        self.work
     }
 
     /// Why reduced bodies could not be kept for the next time, if they could not.
     pub fn warning(&self) -> Option<&str> {
-        match &self.rung {
-            Rung::Reduced { origin: Origin::Made { not_kept }, .. } => not_kept.as_deref(),
-            Rung::Reduced { .. } | Rung::Chain(_) | Rung::OnDisc(_) | Rung::Fea => None,
+        match &self.model {
+            PreparedModel::Reduced { origin: Origin::Made { not_kept }, .. } => not_kept.as_deref(),
+            PreparedModel::Reduced { .. } | PreparedModel::Chain(_) | PreparedModel::OnDisc(_) | PreparedModel::Fea => {
+                None
+            }
         }
     }
 
     /// What a reader of a run's results must know besides: limits of the model that it passed.
     pub fn warnings(&self, scene: &Scene, response: &Response) -> Vec<String> {
-        let mut warnings = match &self.rung {
-            Rung::Reduced { reduction, .. } => reduction.warnings(response),
-            Rung::OnDisc(disc) => disc.warnings(scene.drive.frequency, response),
-            Rung::Chain(_) | Rung::Fea => Vec::new(),
+        let mut warnings = match &self.model {
+            PreparedModel::Reduced { reduction, .. } => reduction.warnings(response),
+            PreparedModel::OnDisc(disc) => disc.warnings(scene.drive.frequency, response),
+            PreparedModel::Chain(_) | PreparedModel::Fea => Vec::new(),
         };
         if scene.model.kind.is_meshed() {
             warnings.extend(yielding::warning(&yielding::yield_forces(scene), &response.contact_force));
@@ -195,9 +199,9 @@ impl Prepared {
     /// The contact laws fitted to the bodies, where the model is the chain and they are not Hertz' and the paper's: what
     /// [`super::chain::ensemble::Ensemble::with_laws`] takes.
     pub fn contact_laws(&self) -> Option<&FiniteBodyLaws> {
-        match &self.rung {
-            Rung::Chain(fitted) => fitted.as_ref(),
-            Rung::Reduced { .. } | Rung::OnDisc(_) | Rung::Fea => None,
+        match &self.model {
+            PreparedModel::Chain(fitted) => fitted.as_ref(),
+            PreparedModel::Reduced { .. } | PreparedModel::OnDisc(_) | PreparedModel::Fea => None,
         }
     }
 }

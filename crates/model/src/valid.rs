@@ -2,7 +2,7 @@
 
 use crate::{
     ModelError, need_drive,
-    scene::{Chain, DampingCoefficients, DampingTerm, Holder, Horn, Relaxation, Scene, Support, TermDescription},
+    scene::{Chain, DampingCoefficients, DampingTerm, Holder, Horn, Relaxation, Scene, TermDescription},
 };
 
 /// `Ok` where a number is as expected.
@@ -43,7 +43,7 @@ impl Chain {
 impl Scene {
     pub(crate) fn refuse_free_end(&self) -> Result<(), ModelError> {
         let force = self.chain.precompression;
-        let holds = self.support != Support::Free || force == 0.0;
+        let holds = !self.support.is_free() || force == 0.0;
         need(holds, "chain.precompression", "0 N before a free end", force)
     }
 
@@ -75,14 +75,11 @@ impl Scene {
         chain.refuse_open_gap(chain.precompression)?;
         not_negative("chain.precompression", "a force ≥ 0, N", chain.precompression)?;
         self.refuse_free_end()?;
-        match self.support {
-            Support::Annulus { stiffness_factor, .. } => {
-                positive("support.stiffness_factor", "a positive factor", stiffness_factor)?;
-            }
-            Support::Spring { stiffness } => {
-                positive("support.stiffness", "a positive stiffness, N/m", stiffness)?;
-            }
-            Support::Flat(_) | Support::Free | Support::Disc { .. } | Support::Body { .. } => {}
+        if let Some((_, factor, _)) = self.support.ring() {
+            positive("support.stiffness_factor", "a positive factor", factor)?;
+        }
+        if let Some(stiffness) = self.support.spring() {
+            positive("support.stiffness", "a positive stiffness, N/m", stiffness)?;
         }
         damping(&self.damping.coefficients)?;
         finite("alpha", "a finite factor", self.amplitude_scale)?;

@@ -1,9 +1,9 @@
-//! What a chain has of effects beside contacts and dashpots, fixed for a run: how they act stands in [`super::beyond`].
+//! What a chain has of effects beside contacts and dashpots, fixed for a run: how they act stands in [`super::effect_state`].
 
 use crate::{
     ModelError,
     contact_law::{Law, Yielding},
-    scene::{Holder, Horn, Relaxation, Scene, Support},
+    scene::{Holder, Horn, Relaxation, Scene},
 };
 
 /// Places in the state behind work and dissipated energy, from the end of the velocities on; the state is longer by [`FURTHER`] for them.
@@ -58,10 +58,7 @@ impl Effects {
             let law = match (contact, beads.get(contact)) {
                 (0, _) => Yielding::of(&beads[0], Err(scene.piston), strength),
                 (_, Some(next)) => Yielding::of(&beads[contact - 1], Ok(next), strength),
-                (_, None) => match scene.support {
-                    Support::Flat(flat) => Yielding::of(&beads[contact - 1], Err(flat), strength),
-                    _ => return None,
-                },
+                (_, None) => Yielding::of(&beads[contact - 1], Err(scene.support.flat()?), strength),
             };
             Some(law.oblique(cosine(contact)))
         });

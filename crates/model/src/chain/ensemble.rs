@@ -140,7 +140,7 @@ impl Ensemble {
         scene.model.integrator = Integrator::DormandPrince853 { tolerance: SINGLE_TOLERANCE };
         let (motion, still) =
             (scene.drive.motion(scene.amplitude_scale), InitialState::at_rest(scene.chain.beads.len()));
-        let run = ChainModel.run_on(&scene, self.fitted.as_ref(), motion.as_ref(), &still, &mut |_| true);
+        let run = ChainModel.run_with_laws(&scene, self.fitted.as_ref(), motion.as_ref(), &still, &mut |_| true);
         let mut trace = run?.pole_velocity;
         trace.values.resize(self.samples(), trace.values.last().copied().unwrap_or(0.0));
         Ok(trace)

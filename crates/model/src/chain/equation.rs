@@ -1,8 +1,8 @@
 //! The equations of motion, m_i ü_i = F_{i−1} − F_i, as a right-hand side without branches.
 
 use super::{
-    beyond,
     coupling::{Coupling, Survey},
+    effect_state::EffectState,
     effects,
     system::System,
 };
@@ -16,14 +16,14 @@ use crate::{
 /// - `COUPLED`: the contacts feel one another through the bodies, see [`Coupling`]. Elastic force and dashpot of a contact then begin and end apart, the
 ///   force with the overlap δ of the contact, the dashpot with that of the rigid motions, so each contact has two switches: 0…N the elastic
 ///   ones, N + 1…2N + 1 the dashpots, if there are any.
-/// - `BEYOND`: there are effects of [`beyond`].
+/// - `EFFECTS`: there are effects of [`acting`].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Marked<const COUPLED: bool, const BEYOND: bool>(pub Law);
+pub(super) struct Marked<const COUPLED: bool, const EFFECTS: bool>(pub Law);
 
-impl<const COUPLED: bool, const BEYOND: bool> ElasticLaw for Marked<COUPLED, BEYOND> {
+impl<const COUPLED: bool, const EFFECTS: bool> ElasticLaw for Marked<COUPLED, EFFECTS> {
     const IS_HERTZ: bool = false;
     const IS_COUPLED: bool = COUPLED;
-    const IS_BEYOND: bool = BEYOND;
+    const HAS_EFFECTS: bool = EFFECTS;
 
     fn force(&self, overlap: f64) -> f64 {
         self.0.force(overlap)
@@ -54,7 +54,7 @@ pub(super) enum Mode {
 /// Right-hand side of one chain with the present modes of its contacts.
 ///
 /// The state is [displacements | velocities | piston work, dissipated energy, 0, 0], the first two blocks padded as in [`System`]; effects of
-/// [`beyond`] use the two places left and add theirs. A
+/// [`acting`] use the two places left and add theirs. A
 /// contact that is not pressed has its coefficients set to zero, so the inner loop knows no modes; which effects exist at all is a
 /// type parameter, so a run without dampers spends nothing on them.
 #[derive(Debug, Clone)]
@@ -74,7 +74,7 @@ pub(super) struct Equation<'a, const DAMPED: Terms, L> {
     /// Mode of every switch: one a contact, unless coupled.
     pub modes: Vec<Mode>,
     pub coupled: Option<CoupledState<'a>>,
-    pub beyond: Option<beyond::State<'a>>,
+    pub acting: Option<EffectState<'a>>,
 }
 
 #[derive(Debug, Clone)]
@@ -124,9 +124,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             force: zeros,
             modes: vec![Mode::Open; switches * (system.beads + 1)],
             coupled,
-            beyond: None,
+            acting: None,
         };
-        equation.begin_beyond();
+        equation.begin_effects();
         equation
     }
 
@@ -138,7 +138,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Elastic energy of every contact, J.
     pub(crate) fn stored_energy(&self, u: &[f64]) -> f64 {
-        if L::IS_BEYOND && !L::IS_COUPLED { self.stored_beyond(u) } else { self.system.stored_energy(u) }
+        if L::HAS_EFFECTS && !L::IS_COUPLED { self.stored_with_effects(u) } else { self.system.stored_energy(u) }
     }
 
     #[inline(always)]
@@ -152,7 +152,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     pub(crate) fn state_length(&self) -> usize {
-        2 * self.system.padded + 4 + if L::IS_BEYOND { effects::FURTHER } else { 0 }
+        2 * self.system.padded + 4 + if L::HAS_EFFECTS { effects::FURTHER } else { 0 }
     }
 
     #[inline(always)]
@@ -254,8 +254,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             let (u, offset) = (u.as_flattened(), self.offset[last]);
             self.force[last] += self.support_pressed * self.support.force(offset + u[last] - u[last + 1]);
         }
-        if L::IS_BEYOND {
-            self.add_beyond(u.as_flattened());
+        if L::HAS_EFFECTS {
+            self.add_effect_forces(u.as_flattened());
         }
         lost.iter().sum()
     }
@@ -294,8 +294,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// their slots of `state` first.
     #[inline(always)]
     pub(crate) fn evaluate(&mut self, weight: f64, piston: (f64, f64), state: &mut [f64], derivative: &mut [f64]) {
-        if L::IS_BEYOND {
-            return self.evaluate_beyond(weight, piston, state, derivative);
+        if L::HAS_EFFECTS {
+            return self.evaluate_with_effects(weight, piston, state, derivative);
         }
         let padded = self.system.padded;
         if L::IS_COUPLED {
@@ -337,7 +337,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     pub(crate) fn contact_forces(&mut self, u: &[f64], v: &[f64]) -> &[f64] {
         self.evaluate_forces((u[0], v[0]), u, v);
         let force = &mut self.force[..=self.system.beads];
-        if DAMPED == 0 && !L::IS_COUPLED && !L::IS_BEYOND {
+        if DAMPED == 0 && !L::IS_COUPLED && !L::HAS_EFFECTS {
             return force;
         }
         if let Some(coupled) = &self.coupled {

@@ -100,7 +100,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             let start = self.overlap_and_rate(Instant::Start, switch, start);
             let end = self.overlap_and_rate(Instant::End, switch, end);
             self.crossing(switch, start, end, clock, resolution) != Crossing::None
-        }) || L::IS_BEYOND && self.may_turn(stepper, clock, resolution)
+        }) || L::HAS_EFFECTS && self.may_turn(stepper, clock, resolution)
     }
 
     pub(crate) fn first_event(
@@ -140,7 +140,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
                 first = Some(Event { switch, sigma });
             }
         }
-        if L::IS_BEYOND { self.first_turn(stepper, clock, motion, resolution, first) } else { first }
+        if L::HAS_EFFECTS { self.first_turn(stepper, clock, motion, resolution, first) } else { first }
     }
 
     /// δ (m) and δ̇ (m/s) of a switch over the extended step, without a piston's own motion, and what relaxes (N); of coupled contacts none is used.
@@ -150,7 +150,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
         let (contact, still) = (self.contact(switch), Course([0.0; 8]));
         let [mut overlap, rate] = [0, 1].map(|block| {
             let before = match contact {
-                0 if L::IS_BEYOND => stepper.course(tail + place::HORN[block]),
+                0 if L::HAS_EFFECTS => stepper.course(tail + place::HORN[block]),
                 0 => still,
                 _ => stepper.course(block * padded + contact),
             };
@@ -180,7 +180,7 @@ impl<const DAMPED: Terms, L: ElasticLaw> Equation<'_, DAMPED, L> {
             stepper.values(sigma, &mut within);
             let state = within.as_flattened_mut();
             (state[0], state[padded]) = motion.at(clock.at(sigma));
-            self.give_way(state);
+            self.add_horn_motion(state);
             self.survey(Instant::Within, state);
             let found = self.overlap_and_rate(Instant::Within, switch, state);
             if let Some(coupled) = &mut self.coupled {

@@ -178,13 +178,11 @@ impl FiniteBodyLaws {
             return Err(ModelError::Count { quantity: "fitted contact laws", expected: contacts, found });
         }
         let mut laws: Vec<Law> = self.contacts.iter().map(|&fit| self.fits[fit].law).collect();
-        let support = match (&scene.support, laws[contacts - 1]) {
-            (Support::Annulus { stiffness_factor, .. }, Law::Annulus(law)) => {
-                Some(Law::Annulus(law.unscaled().times(*stiffness_factor)))
-            }
-            (support, Law::Spring(_)) => support.spring().map(|stiffness| Law::Spring(Spring { stiffness })),
-            (Support::Flat(_) | Support::Free, Law::Hertz(_) | Law::FiniteHertz(_)) => Some(laws[contacts - 1]),
-            _ => None,
+        let (ring, spring, flat) = (scene.support.ring(), scene.support.spring(), scene.support.flat());
+        let support = match laws[contacts - 1] {
+            Law::Annulus(law) => ring.map(|(_, factor, _)| Law::Annulus(law.unscaled().times(factor))),
+            Law::Spring(_) => spring.map(|stiffness| Law::Spring(Spring { stiffness })),
+            law @ (Law::Hertz(_) | Law::FiniteHertz(_)) => flat.filter(|_| spring.is_none()).map(|_| law),
         };
         let Some(support) = support else {
             let reason = "the fitted contact laws are those of another support; fit them to this scene".into();
@@ -200,7 +198,7 @@ fn fitted_to_bodies(scene: &Scene, contact: usize) -> bool {
     let half_space = FlatContact::HalfSpace;
     let at_support = contact == scene.chain.beads.len();
     !(contact == 0 && scene.piston == half_space
-        || at_support && (scene.support == Support::Flat(half_space) || scene.support.spring().is_some()))
+        || at_support && (scene.support.flat() == Some(half_space) || scene.support.spring().is_some()))
 }
 
 fn fit_contact(
@@ -211,29 +209,26 @@ fn fit_contact(
 ) -> Result<ContactFit, ModelError> {
     let beads = &scene.chain.beads;
     let last = beads.len();
-    let named = |slot: usize| match (slot, &scene.support) {
-        (0, _) if scene.piston == FlatContact::HalfSpace => "steel half-space".to_owned(),
-        (0, _) => "rigid flat".to_owned(),
-        (slot, Support::Flat(FlatContact::HalfSpace)) if slot == last + 1 => "steel half-space".to_owned(),
-        (slot, Support::Flat(FlatContact::Rigid) | Support::Free) if slot == last + 1 => "rigid flat".to_owned(),
-        (slot, support) if slot == last + 1 => support.name().to_owned(),
-        (slot, _) => format!("bead {slot}"),
+    let named = |slot: usize| {
+        let flat = match slot {
+            0 => Some(scene.piston),
+            _ if slot <= last => return format!("bead {slot}"),
+            _ => scene.support.flat().filter(|_| scene.support.spring().is_none()),
+        };
+        match flat {
+            Some(FlatContact::HalfSpace) => "steel half-space".to_owned(),
+            Some(FlatContact::Rigid) => "rigid flat".to_owned(),
+            None => scene.support.name().to_owned(),
+        }
     };
     let between = format!("{} – {}", named(contact), named(contact + 1));
     let unfitted = |law| Ok(ContactFit { between: between.clone(), law, quality: None });
     let touching = &beads[contact.saturating_sub(1)];
     let half_space =
         |bead| unfitted(Law::Hertz(Hertz { stiffness: bead_flat_stiffness(bead, FlatContact::HalfSpace) }));
-    if contact == 0 && scene.piston == FlatContact::HalfSpace {
-        return half_space(touching);
-    }
-    if contact == last {
-        if scene.support == Support::Flat(FlatContact::HalfSpace) {
-            return half_space(touching);
-        }
-        if let Some(stiffness) = scene.support.spring() {
-            return unfitted(Law::Spring(Spring { stiffness }));
-        }
+    if !fitted_to_bodies(scene, contact) {
+        let spring = scene.support.spring().filter(|_| contact == last);
+        return spring.map_or_else(|| half_space(touching), |stiffness| unfitted(Law::Spring(Spring { stiffness })));
     }
     let pair = &arrangement.pairs[arrangement.contacts[contact]];
     let (law, points) = if pair.ring.is_some() {

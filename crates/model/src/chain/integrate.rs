@@ -8,7 +8,7 @@ use super::{
     equation::{Equation, Instant, Mode},
     forecast::Forecast,
     pace::Pace,
-    record::Recording,
+    record::Grid,
     system::System,
 };
 use crate::{
@@ -48,10 +48,10 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     motion: &dyn PistonMotion,
     initial: &InitialState,
     control: &Control,
-    recording: &mut Recording,
+    grid: &mut Grid,
     progress: Progress<'_>,
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
-    Run::<DAMPED, L>::new(system, support, motion, initial, control)?.run_to_end(recording, progress)
+    Run::<DAMPED, L>::new(system, support, motion, initial, control)?.run_to_end(grid, progress)
 }
 
 struct Run<'a, const DAMPED: Terms, L> {
@@ -106,7 +106,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
         scales[padded + 1..=padded + beads].fill(1.0 / (control.tolerance * velocity_scale).max(velocity_floor));
 
-        if L::IS_BEYOND {
+        if L::HAS_EFFECTS {
             let tail = 2 * padded;
             scales[tail + place::HORN[0]] = scales[1];
             scales[tail + place::HORN[1]] = scales[padded + 1];
@@ -159,7 +159,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.piston();
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[self.system.padded]) = piston;
-        self.equation.give_way(state);
+        self.equation.add_horn_motion(state);
         piston
     }
 
@@ -170,7 +170,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
 
     #[inline(always)]
     fn survey(&mut self) {
-        if L::IS_COUPLED || L::IS_BEYOND {
+        if L::IS_COUPLED || L::HAS_EFFECTS {
             self.place_piston();
             self.equation.survey(Instant::Start, self.stepper.state.as_flattened());
         }
@@ -201,15 +201,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 self.switch(switch, mode);
             }
         }
-        self.equation.let_go(self.stepper.state.as_flattened(), &self.resolution);
+        self.equation.release_beads(self.stepper.state.as_flattened(), &self.resolution);
         self.stepper.restart(&mut self.equation, piston);
     }
 
-    fn run_to_end(
-        mut self,
-        recording: &mut Recording,
-        progress: Progress<'_>,
-    ) -> Result<(EnergyLedger, SolverWork), ModelError> {
+    fn run_to_end(mut self, grid: &mut Grid, progress: Progress<'_>) -> Result<(EnergyLedger, SolverWork), ModelError> {
         let end = self.control.end;
         let motion = self.motion;
         let breaks = motion.breaks().iter().copied().filter(|t| *t > 0.0 && *t < end);
@@ -224,13 +220,13 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             self.smooth = SmoothInterval { from: (self.time + inside).max(f64::MIN_POSITIVE), to: stop - inside };
             self.restart();
             if first {
-                recording.begin(&mut self.equation, self.stepper.state.as_flattened());
+                grid.begin(&mut self.equation, self.stepper.state.as_flattened());
                 first = false;
                 if self.system.precompression == 0.0 {
                     pace = Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() };
                 }
             }
-            pace = pulp::Arch::new().dispatch(ToStop { run: &mut self, stop, pace, recording, progress })?;
+            pace = pulp::Arch::new().dispatch(ToStop { run: &mut self, stop, pace, grid, progress })?;
         }
         Ok(self.settle())
     }
@@ -241,7 +237,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         &mut self,
         stop: f64,
         mut pace: Pace,
-        recording: &mut Recording,
+        grid: &mut Grid,
         progress: Progress<'_>,
     ) -> Result<Pace, ModelError> {
         let mut rejected = false;
@@ -282,7 +278,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             let step_end = if last { stop } else { clock.at(1.0) };
             let suspicious = self.equation.may_switch(&self.stepper, &clock, &self.resolution);
             let mut event = None;
-            if suspicious || recording.wants(step_end) {
+            if suspicious || grid.wants(step_end) {
                 self.stepper.extend(&mut self.equation, self.motion, &clock, &self.smooth);
                 if suspicious {
                     event = self.equation.first_event(&self.stepper, &clock, self.motion, &self.resolution);
@@ -297,7 +293,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 let now = if event.sigma >= 1.0 { step_end } else { clock.at(event.sigma) };
                 changes_here = if now > self.time { 0 } else { changes_here + 1 };
                 self.remember(pace, &clock, growth);
-                recording.take(&mut self.equation, &self.stepper, &clock, now);
+                grid.take(&mut self.equation, &self.stepper, &clock, now);
                 self.stepper.truncate(event.sigma);
                 self.time = now;
                 pace = self.change(event.switch, event.sigma == 0.0);
@@ -306,7 +302,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                 }
             } else {
                 changes_here = 0;
-                recording.take(&mut self.equation, &self.stepper, &clock, step_end);
+                grid.take(&mut self.equation, &self.stepper, &clock, step_end);
                 self.stepper.advance();
                 self.time = step_end;
                 if !last {
@@ -453,7 +449,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.stepper.end_piston();
         let state = self.stepper.end_state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        self.equation.give_way(state);
+        self.equation.add_horn_motion(state);
         self.equation.survey(Instant::End, state);
         self.equation.overlap_and_rate(Instant::End, switch, state)
     }
@@ -517,7 +513,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let piston = self.motion.at(self.smooth.to);
         let state = self.stepper.state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        self.equation.give_way(state);
+        self.equation.add_horn_motion(state);
         let state = self.stepper.state.as_flattened();
         self.balance.channels = self.equation.channels(state);
         let kinetic = self.system.kinetic_energy(&state[padded..2 * padded]);
@@ -549,7 +545,7 @@ struct ToStop<'r, 'a, const DAMPED: Terms, L> {
     run: &'r mut Run<'a, DAMPED, L>,
     stop: f64,
     pace: Pace,
-    recording: &'r mut Recording,
+    grid: &'r mut Grid,
     progress: &'r mut dyn FnMut(f64) -> bool,
 }
 
@@ -558,6 +554,6 @@ impl<const DAMPED: Terms, L: ElasticLaw> pulp::NullaryFnOnce for ToStop<'_, '_, 
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.run.run_to_stop(self.stop, self.pace, self.recording, self.progress)
+        self.run.run_to_stop(self.stop, self.pace, self.grid, self.progress)
     }
 }

@@ -8,13 +8,13 @@
 //! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
 //! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise.
 //!
-//! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes (`beyond.rs`).
+//! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes (`acting.rs`).
 //! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction between beads, gravity.
 
-mod beyond;
 mod coupling;
 mod crossing;
 mod dormand_prince;
+mod effect_state;
 mod effects;
 pub mod ensemble;
 mod equation;
@@ -29,16 +29,13 @@ mod record;
 mod symplectic;
 mod system;
 mod tableau;
-mod trajectory;
 mod variation;
 
 pub use finite_body::FiniteBodyLaws;
 
-pub use trajectory::Trajectory;
-
 use equation::Marked;
 use integrate::Control;
-use record::{Grid, Recording};
+use record::Grid;
 use system::System;
 
 use super::{
@@ -97,23 +94,12 @@ impl ChainModel {
         initial: &InitialState,
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
-        self.run_on(scene, None, motion, initial, progress)
+        self.run_with_laws(scene, None, motion, initial, progress)
     }
 
-    /// As [`ChainModel::run_with`], with the laws of the scene's bodies known already: see [`FiniteBodyLaws`]. They have no effect where
-    /// the scene asks for the law of Hertz.
+    /// As [`ChainModel::run_with`], with the laws of the scene's bodies where they are known already: see [`FiniteBodyLaws`]. They have no
+    /// effect where the scene asks for the law of Hertz.
     pub fn run_with_laws(
-        &self,
-        scene: &Scene,
-        fitted: &FiniteBodyLaws,
-        motion: &dyn PistonMotion,
-        initial: &InitialState,
-        progress: Progress<'_>,
-    ) -> Result<Response, ModelError> {
-        self.run_on(scene, Some(fitted), motion, initial, progress)
-    }
-
-    pub(crate) fn run_on(
         &self,
         scene: &Scene,
         fitted: Option<&FiniteBodyLaws>,
@@ -128,39 +114,11 @@ impl ChainModel {
         let (energy, work) = match scene.model.integrator {
             Integrator::DormandPrince853 { tolerance } => {
                 let control = control(scene, &system, tolerance, velocity_scale, grid.end())?;
-                let mut recording = Recording::Grid(grid);
-                let books = adaptive(&system, motion, initial, &control, &mut recording, progress)?;
-                let Recording::Grid(back) = recording else { unreachable!("a recording keeps its kind") };
-                grid = back;
-                books
+                adaptive(&system, motion, initial, &control, &mut grid, progress)?
             }
             Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
         };
         Ok(grid.response(energy, work))
-    }
-
-    /// Run the scene with the adaptive integrator and keep the whole motion, for extremes between samples. Memory grows with the number
-    /// of steps: 128 bytes a bead and step.
-    pub fn trajectory(
-        &self,
-        scene: &Scene,
-        motion: &dyn PistonMotion,
-        initial: &InitialState,
-        progress: Progress<'_>,
-    ) -> Result<Trajectory, ModelError> {
-        let Integrator::DormandPrince853 { tolerance } = scene.model.integrator else {
-            let reason = "a trajectory needs the adaptive integrator; set `model.integrator`".into();
-            return Err(ModelError::Unsupported { model: "chain", reason });
-        };
-        let mut system = System::new(scene, None)?;
-        let grid = Grid::new(scene, &system, motion);
-        let velocity_scale = scale(&mut system, initial, grid.piston_speed());
-        let control = control(scene, &system, tolerance, velocity_scale, grid.end())?;
-        let mut recording = Recording::Trajectory(Trajectory::new(system.beads, system.padded));
-        let (energy, work) = adaptive(&system, motion, initial, &control, &mut recording, progress)?;
-        let Recording::Trajectory(mut trajectory) = recording else { unreachable!("a recording keeps its kind") };
-        (trajectory.energy, trajectory.work) = (energy, work);
-        Ok(trajectory)
     }
 }
 
@@ -216,27 +174,25 @@ macro_rules! specialised {
     }};
 }
 
-type Books = (EnergyLedger, SolverWork);
-
 fn adaptive(
     system: &System,
     motion: &dyn PistonMotion,
     initial: &InitialState,
     control: &Control,
-    recording: &mut Recording,
+    grid: &mut Grid,
     progress: Progress<'_>,
-) -> Result<Books, ModelError> {
+) -> Result<(EnergyLedger, SolverWork), ModelError> {
     use integrate::integrate as run;
     let law = system.laws[system.beads];
     // Effects that are beside the contacts cost more than a dashpot that is zero, too.
     match (&system.effects, &system.coupling) {
         (Some(_), Some(_)) => {
-            run::<ALL_TERMS, _>(system, Marked::<true, true>(law), motion, initial, control, recording, progress)
+            run::<ALL_TERMS, _>(system, Marked::<true, true>(law), motion, initial, control, grid, progress)
         }
         (Some(_), None) => {
-            run::<ALL_TERMS, _>(system, Marked::<false, true>(law), motion, initial, control, recording, progress)
+            run::<ALL_TERMS, _>(system, Marked::<false, true>(law), motion, initial, control, grid, progress)
         }
-        (None, _) => specialised!(system, run(motion, initial, control, recording, progress)),
+        (None, _) => specialised!(system, run(motion, initial, control, grid, progress)),
     }
 }
 
@@ -247,7 +203,7 @@ fn fixed(
     step: f64,
     grid: &mut Grid,
     progress: Progress<'_>,
-) -> Result<Books, ModelError> {
+) -> Result<(EnergyLedger, SolverWork), ModelError> {
     use symplectic::integrate as run;
     if system.effects.is_some() {
         let reason = "the fixed step knows neither a horn that gives way nor holder, yield and relaxation; set `model.integrator` = \"dormand-prince-853\"";

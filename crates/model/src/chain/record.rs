@@ -4,7 +4,6 @@ use super::{
     dormand_prince::{Clock, Stepper},
     equation::Equation,
     system::System,
-    trajectory::Trajectory,
 };
 use crate::{
     contact_law::{ElasticLaw, Terms},
@@ -75,8 +74,8 @@ impl Grid {
         let (state, forces) = self.sample();
         let state = state.as_flattened_mut();
         (state[0], state[padded]) = piston;
-        if L::IS_BEYOND {
-            equation.give_way(state);
+        if L::HAS_EFFECTS {
+            equation.add_horn_motion(state);
             equation.relax(state, None);
         }
         let (u, v) = state.split_at(padded);
@@ -84,7 +83,7 @@ impl Grid {
         for (out, force) in forces.as_flattened_mut().iter_mut().zip(force) {
             *out = *force;
         }
-        if L::IS_BEYOND {
+        if L::HAS_EFFECTS {
             self.columns.piston[sample] = u[0];
         }
         self.held += 1;
@@ -111,6 +110,37 @@ impl Grid {
         self.taken == self.columns.piston.len()
     }
 
+    /// Whether the continuous extension of a step up to `to` (s) is needed.
+    #[inline(always)]
+    pub(crate) fn wants(&self, to: f64) -> bool {
+        !self.is_full() && self.next_time() <= to
+    }
+
+    /// Take the samples of an extended step from its start up to `to` (s).
+    #[inline(always)]
+    pub(crate) fn take<const DAMPED: Terms, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, DAMPED, L>,
+        stepper: &Stepper,
+        clock: &Clock,
+        to: f64,
+    ) {
+        while self.wants(to) {
+            stepper.values(clock.sigma(self.next_time()), self.buffer());
+            self.store(equation);
+        }
+    }
+
+    pub(crate) fn begin<const DAMPED: Terms, L: ElasticLaw>(
+        &mut self,
+        equation: &mut Equation<'_, DAMPED, L>,
+        state: &[f64],
+    ) {
+        let buffer = self.buffer().as_flattened_mut();
+        buffer.copy_from_slice(&state[..buffer.len()]);
+        self.store(equation);
+    }
+
     /// Instant of the next sample, s.
     pub(crate) fn next_time(&self) -> f64 {
         self.taken as f64 * self.step
@@ -128,55 +158,5 @@ impl Grid {
             column.resize(piston.len(), 0.0);
         }
         self.columns.response(self.step, None, ObservedPoint::Pole, energy, work)
-    }
-}
-
-/// Where the pieces of an adaptive run go: onto the grid, or into a trajectory.
-#[derive(Debug)]
-pub(super) enum Recording {
-    Grid(Grid),
-    Trajectory(Trajectory),
-}
-
-impl Recording {
-    /// Whether the continuous extension of a step up to `to` (s) is needed.
-    #[inline(always)]
-    pub(crate) fn wants(&self, to: f64) -> bool {
-        match self {
-            Self::Grid(grid) => !grid.is_full() && grid.next_time() <= to,
-            Self::Trajectory(_) => true,
-        }
-    }
-
-    /// Take the part of an extended step from its start up to `to` (s).
-    #[inline(always)]
-    pub(crate) fn take<const DAMPED: Terms, L: ElasticLaw>(
-        &mut self,
-        equation: &mut Equation<'_, DAMPED, L>,
-        stepper: &Stepper,
-        clock: &Clock,
-        to: f64,
-    ) {
-        match self {
-            Self::Grid(grid) => {
-                while !grid.is_full() && grid.next_time() <= to {
-                    stepper.values(clock.sigma(grid.next_time()), grid.buffer());
-                    grid.store(equation);
-                }
-            }
-            Self::Trajectory(trajectory) => trajectory.take(stepper, clock, to),
-        }
-    }
-
-    pub(crate) fn begin<const DAMPED: Terms, L: ElasticLaw>(
-        &mut self,
-        equation: &mut Equation<'_, DAMPED, L>,
-        state: &[f64],
-    ) {
-        if let Self::Grid(grid) = self {
-            let buffer = grid.buffer().as_flattened_mut();
-            buffer.copy_from_slice(&state[..buffer.len()]);
-            grid.store(equation);
-        }
     }
 }

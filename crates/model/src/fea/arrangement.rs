@@ -174,7 +174,7 @@ impl Arrangement {
             pairs,
             contacts,
             spring: scene.support.spring().unwrap_or(f64::INFINITY),
-            free: scene.support == Support::Free,
+            free: scene.support.is_free(),
             stiffness_factor,
             front,
             dashpots: dashpots(&scene.damping, beads.len() + 1),

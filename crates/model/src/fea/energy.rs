@@ -65,7 +65,7 @@ impl Ledger {
         self.contact_energy
     }
 
-    pub(crate) fn books(&self) -> EnergyLedger {
+    pub(crate) fn energy_ledger(&self) -> EnergyLedger {
         self.balance.ledger()
     }
 }
@@ -80,7 +80,7 @@ mod tests {
         ledger.begin((1.0, 2.0));
         ledger.step(5.0, 0.5, 0.0);
         ledger.sample((4.0, 3.5));
-        assert_eq!((ledger.balance(), ledger.books().residual_j), (0.0, 0.0));
+        assert_eq!((ledger.balance(), ledger.energy_ledger().residual_j), (0.0, 0.0));
         ledger.step(-1.0, 0.0, 0.25);
         ledger.sample((3.0, 3.0));
         // 3 + 4 − 6 − 0.5 over 7.5; and it stays the largest once the books meet again.
@@ -88,9 +88,9 @@ mod tests {
         assert!(ledger.made().is_none());
         ledger.step(0.0, 0.5, 0.0);
         ledger.sample((3.0, 3.0));
-        assert_eq!(ledger.books().residual_j, 0.0);
+        assert_eq!(ledger.energy_ledger().residual_j, 0.0);
         assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
-        assert_eq!((ledger.books().dissipated_j, ledger.contact_energy()), (1.0, 0.25));
+        assert_eq!((ledger.energy_ledger().dissipated_j, ledger.contact_energy()), (1.0, 0.25));
         // Of 3 J at the start and 6 J of work either way: a tenth may come from nowhere, no more.
         ledger.sample((3.0, 3.8));
         assert!(ledger.made().is_none());

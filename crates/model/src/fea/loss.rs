@@ -21,7 +21,7 @@
 //! Loss of a step, exact for the trapezoid: h v̄ᵀ C v̄ + ½ g (d₀ + d₁)ᵀ K Δz with v̄ = Δu/h, z = u − d.
 
 use super::{FeaError, body::Body, scheme::Coefficients};
-use crate::scene::{MaterialLoss, Relaxation, Scene, Support};
+use crate::scene::{MaterialLoss, Relaxation, Scene};
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct BodyLoss {
@@ -50,17 +50,11 @@ impl BodyLoss {
     /// Of every kind of body of a scene, none where it loses nothing.
     pub(crate) fn of(kinds: &[Body], support: Option<usize>, scene: &Scene) -> Vec<Option<Self>> {
         let drag = scene.holder.map_or(0.0, |holder| holder.drag);
-        let of_kind = |kind: usize| match support == Some(kind) {
-            true => Self {
-                drag: 0.0,
-                retardation: MaterialLoss::retardation(scene.loss.support),
-                relaxation: scene.loss.relaxation,
-            },
-            false => Self {
-                drag: drag / kinds[kind].total_mass(),
-                retardation: MaterialLoss::retardation(scene.loss.beads),
-                relaxation: None,
-            },
+        let of_kind = |kind: usize| {
+            let is_support = support == Some(kind);
+            let (retardation, relaxation) = scene.loss.of_body(is_support);
+            let drag = if is_support { 0.0 } else { drag / kinds[kind].total_mass() };
+            Self { drag, retardation, relaxation }
         };
         (0..kinds.len()).map(|kind| Some(of_kind(kind)).filter(|loss| *loss != Self::default())).collect()
     }
@@ -112,9 +106,6 @@ pub(crate) fn refuse_losses(scene: &Scene) -> Result<(), FeaError> {
         MaterialLoss { support, .. } if support > 0.0 => "loss.support",
         _ => return Ok(()),
     };
-    match &scene.support {
-        Support::Annulus { .. } | Support::Body { .. } => Ok(()),
-        Support::Disc { .. } if scene.water.is_none() => Ok(()),
-        _ => Err(FeaError::LossWithoutBody { key }),
-    }
+    let steps_with_water = scene.support.disc().is_some() && scene.water.is_some();
+    if scene.support.is_meshed() && !steps_with_water { Ok(()) } else { Err(FeaError::LossWithoutBody { key }) }
 }

@@ -5,7 +5,7 @@ use super::{
     arrangement::Arrangement,
     assembly::{Columns, Direction, DofMap},
     contact::{
-        chain::{Behind, Contacts, Link, Mobility},
+        chain::{Contacts, DashpotBase, Link, Mobility},
         complementarity::Compliance,
         face::Face,
         pair::Pair,
@@ -246,7 +246,8 @@ impl Operator {
                 _ => Mobility::default(),
             })
             .collect();
-        let contacts = Contacts { links, compliances, couplings, mobilities, behind: Behind::default(), tension };
+        let contacts =
+            Contacts { links, compliances, couplings, mobilities, dashpot_base: DashpotBase::default(), tension };
         Ok(Self { coefficients, factors, losses, inverse, contacts })
     }
 

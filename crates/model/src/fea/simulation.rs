@@ -15,7 +15,7 @@ use std::fmt;
 use super::{
     FeaError,
     arrangement::Arrangement,
-    contact::chain::{Behind, ContactState, Mobility, RigidPrediction, Workspace},
+    contact::chain::{ContactState, DashpotBase, Mobility, RigidPrediction, Workspace},
     control::{Cause, Complementarity, Control, Cut, PENETRATION},
     energy::Ledger,
     equilibrium::Rest,
@@ -30,12 +30,13 @@ use super::{
     yielding::yield_forces,
 };
 use crate::{
+    attached::Attached,
     holder::Hold,
-    horn::{HornMotion, HornStep},
+    horn::HornMotion,
     response::{Channels, Response, SolverWork},
     scene::{PistonMotion, Scene, Scheme, WaterSettings},
     tally,
-    water::{behind::DiscBehind, front::WaterRecord},
+    water::{front::WaterRecord, loaded_disc::LoadedDisc},
 };
 
 /// Travel of the last bead into a ring up to which undeformed normals may be kept, m: the force is then 1 % too large.
@@ -76,7 +77,7 @@ pub struct Simulation<'a> {
     driven: f64,
     horn: Option<HornMotion<f64>>,
     /// By the halvings of the step.
-    beside: Vec<Beside>,
+    attached: Vec<Attached<f64>>,
     /// Largest overlap of the last bead's rigid motion with its support, m.
     travel: f64,
     trace: Trace,
@@ -86,25 +87,17 @@ pub struct Simulation<'a> {
     profile: Profile,
 }
 
-#[derive(Debug)]
-struct Beside {
-    horn: Option<HornStep<f64>>,
-    hold: Option<Hold<f64>>,
-}
-
 struct Wet {
-    disc: DiscBehind,
+    disc: LoadedDisc,
     record: WaterRecord,
     /// Energy of the disc and work on the water at the last look, J.
     energies: [f64; 2],
 }
 
-impl Beside {
-    /// Let the piston's face be pushed where the horn gives way.
-    fn yield_piston(&self, operator: &mut Operator) {
-        if let Some(horn) = &self.horn {
-            operator.contacts.mobilities[0] = Mobility { displacement: 0.0, velocity: horn.mobility() };
-        }
+/// Let the piston's face be pushed where the horn is compliant.
+fn release_piston(operator: &mut Operator, attached: &Attached<f64>) {
+    if let Some(horn) = &attached.horn {
+        operator.contacts.mobilities[0] = Mobility { displacement: 0.0, velocity: horn.mobility() };
     }
 }
 
@@ -144,11 +137,12 @@ impl<'a> Simulation<'a> {
                 let is_damped = arrangement.dashpots.last().is_some_and(|dashpot| !dashpot.is_absent());
                 let held = contacts.last().filter(|_| scene.chain.precompression > 0.0);
                 let held = held.map_or(&[][..], |contact| &contact.forces);
-                let (disc, made) = tally::during(|| DiscBehind::new(front, water, step, is_damped, held));
+                let (disc, made) = tally::during(|| LoadedDisc::new(front, water, step, is_damped, held));
                 (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
                 let disc = disc.map_err(Box::new)?;
                 operator.soften_last(&arrangement, disc.compliance())?;
-                operator.contacts.behind = Behind { coupling: disc.coupling().to_vec(), mobility: disc.mobility() };
+                operator.contacts.dashpot_base =
+                    DashpotBase { coupling: disc.coupling().to_vec(), mobility: disc.mobility() };
                 Some(Wet { disc, record: WaterRecord::new(Some(water), samples), energies: [0.0; 2] })
             }
             _ => None,
@@ -156,15 +150,15 @@ impl<'a> Simulation<'a> {
         // Disc and water have one factor: their clock has one step.
         let control = if wet.is_some() { Control { halvings: 0, ..control } } else { control };
         let masses: Vec<f64> = arrangement.beads.iter().map(|&kind| arrangement.kinds[kind].total_mass()).collect();
-        let beside: Vec<Beside> = (0..=control.halvings)
+        let attached: Vec<Attached<f64>> = (0..=control.halvings)
             .map(|level| {
                 let step = step / f64::from(1_u32 << level);
+                let Attached { horn, hold } = Attached::of(scene, &masses, step);
                 // Drag is in the operator.
-                let hold = Hold::of(scene, &masses, step).filter(Hold::rubs);
-                Beside { horn: HornStep::of(scene, step), hold }
+                Attached { horn, hold: hold.filter(Hold::rubs) }
             })
             .collect();
-        beside[0].yield_piston(&mut operator);
+        release_piston(&mut operator, &attached[0]);
         let workspace = Workspace::new(&operator.contacts);
         let mut operators = vec![None; control.halvings as usize + 1];
         operators[0] = Some(operator);
@@ -178,7 +172,7 @@ impl<'a> Simulation<'a> {
         let least_scale = 0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed;
         let mut ledger = Ledger::new(least_scale, work);
         let has_channels =
-            scene.horn.is_some() || beside[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
+            scene.horn.is_some() || attached[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
         ledger.balance.channels = has_channels.then(Channels::default);
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
@@ -212,7 +206,7 @@ impl<'a> Simulation<'a> {
             piston,
             driven: piston,
             horn: scene.horn.map(|_| HornMotion::at_rest()),
-            beside,
+            attached,
             yield_forces: yield_forces(scene),
             ledger,
             profile,
@@ -332,7 +326,7 @@ impl<'a> Simulation<'a> {
             let mut lap = self.profile.start();
             let coefficients = Coefficients::new(self.scheme, self.step / f64::from(1_u32 << level));
             let mut operator = Operator::new(&self.arrangement, &self.interfaces, coefficients, self.tension)?;
-            self.beside[level as usize].yield_piston(&mut operator);
+            release_piston(&mut operator, &self.attached[level as usize]);
             *place = Some(operator);
             self.ledger.work.factorisations += self.arrangement.kinds.len() as u64;
             self.profile.factorisation += lap.lap();
@@ -346,15 +340,11 @@ impl<'a> Simulation<'a> {
         let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
         let (driven, driven_velocity) = self.drive.at(end);
         let (mut piston, mut piston_velocity) = (driven, driven_velocity);
-        let Beside { horn: horn_step, hold } = &self.beside[level as usize];
+        let Attached { horn: horn_step, hold } = &self.attached[level as usize];
         let mut horn = self.horn;
         if let (Some(step), Some(horn)) = (horn_step, &mut horn) {
-            step.turn(horn, contacts[0].total());
+            piston_velocity += step.begin(horn, contacts[0].total());
             piston += horn.displacement;
-            // The second kick but for the force that is not known yet.
-            let mut free = *horn;
-            step.kick(&mut free, 0.0);
-            piston_velocity += free.velocity;
             ledger.work.horn_evaluations += 1;
         }
         before.iter_mut().zip(contacts.iter()).for_each(|(before, contact)| before.copy_from(contact));
@@ -364,10 +354,10 @@ impl<'a> Simulation<'a> {
         let mut lap = profile.start();
         motion.predict_rigid(arrangement, operator, before, &mut self.rigid);
         self.rigid[0] = RigidPrediction { displacement: piston, velocity: piston_velocity };
-        if let (Some(Wet { disc, .. }), Some(behind)) = (&mut self.wet, self.rigid.last_mut()) {
+        if let (Some(Wet { disc, .. }), Some(base)) = (&mut self.wet, self.rigid.last_mut()) {
             disc.predict();
             let [displacement, velocity] = disc.predicted_modes();
-            *behind = RigidPrediction { displacement, velocity };
+            *base = RigidPrediction { displacement, velocity };
         }
         if let Some(turning) = &mut self.turning {
             turning.follow(motion, interfaces, arrangement, &self.rest_overlaps, &mut self.rest_gaps);

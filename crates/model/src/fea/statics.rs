@@ -59,7 +59,6 @@ pub struct StaticState {
 
 #[derive(Debug, Clone)]
 pub struct Curve {
-    touching: Touching,
     arrangement: Arrangement,
     interfaces: Interfaces,
     contact: usize,
@@ -68,7 +67,6 @@ pub struct Curve {
     statics: Statics,
     /// k of Hertz' law for this pair, N·m^(-3/2); none on an annulus.
     hertz: Option<f64>,
-    radius: f64,
 }
 
 impl Curve {
@@ -79,9 +77,9 @@ impl Curve {
             Touching::BeadBead | Touching::BeadFlat => &beads[0],
         };
         let count = if touching == Touching::BeadBead { 2 } else { 1 };
-        let support = match (touching, &scene.support) {
-            (Touching::BeadAnnulus, Support::Annulus { .. } | Support::Body { .. }) => scene.support.clone(),
-            (Touching::BeadAnnulus, _) => Support::resin_annulus(1.0),
+        let support = match (touching, scene.support.normal()) {
+            (Touching::BeadAnnulus, Some(_)) => scene.support.clone(),
+            (Touching::BeadAnnulus, None) => Support::resin_annulus(1.0),
             _ => Support::Flat(FlatContact::Rigid),
         };
         let chain = Chain { beads: vec![bead.clone(); count], gaps: vec![0.0; count + 1], precompression: 0.0 };
@@ -96,30 +94,12 @@ impl Curve {
             Touching::BeadFlat => Some(bead_flat_stiffness(bead, FlatContact::Rigid)),
             Touching::BeadAnnulus => None,
         };
-        let radius = bead.radius;
-        Ok(Self { touching, arrangement, interfaces, contact, loading, moving, statics, hertz, radius })
+        Ok(Self { arrangement, interfaces, contact, loading, moving, statics, hertz })
     }
 
     /// Force of Hertz' law at the approach δ (m), N; none on an annulus.
     pub fn hertz_force(&self, approach: f64) -> Option<f64> {
         self.hertz.map(|stiffness| hertz_force(stiffness, approach))
-    }
-
-    /// Contact radius of Hertz' law at the approach δ (m), √(R δ) with R = a/2 for a pair of beads and a for a flat, m.
-    pub fn hertz_radius(&self, approach: f64) -> Option<f64> {
-        let effective = match self.touching {
-            Touching::BeadBead => 0.5 * self.radius,
-            Touching::BeadFlat => self.radius,
-            Touching::BeadAnnulus => return None,
-        };
-        Some((effective * approach).sqrt())
-    }
-
-    /// Pressure of Hertz' law at the distance r (m) from the middle, p₀ √(1 − r²/a²), p₀ = 3F/(2πa²), Pa.
-    pub fn hertz_pressure(&self, approach: f64, distance: f64) -> Option<f64> {
-        let (force, radius) = (self.hertz_force(approach)?, self.hertz_radius(approach)?);
-        let inside = 1.0 - (distance / radius).powi(2);
-        Some(1.5 * force / (std::f64::consts::PI * radius * radius) * inside.max(0.0).sqrt())
     }
 
     /// Press the contact to the approach δ (m).

@@ -167,7 +167,7 @@ impl Trace {
     pub(crate) fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
         let pole = central_velocity(&self.pole, &self.sampling, self.samples());
         let Sampling { output_step, .. } = self.sampling;
-        self.columns.clone().response(output_step, Some(pole), watched.observed, ledger.books(), ledger.work)
+        self.columns.clone().response(output_step, Some(pole), watched.observed, ledger.energy_ledger(), ledger.work)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::{
     contact_law::{touching, yield_force},
-    scene::{Bead, FlatContact, Scene, Support},
+    scene::{Bead, FlatContact, Scene},
 };
 use granchain_signal::{Dimension, Quantity, Series};
 
@@ -23,10 +23,7 @@ pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
     };
     let on_flat = |bead: Option<&Bead>| on(bead?, Err(FlatContact::Rigid));
     let between = beads.windows(2).map(|pair| on(&pair[0], Ok(&pair[1])));
-    let last = match &scene.support {
-        Support::Flat(FlatContact::Rigid) | Support::Spring { .. } => on_flat(beads.last()),
-        _ => None,
-    };
+    let last = scene.support.flat().filter(|flat| *flat == FlatContact::Rigid).and_then(|_| on_flat(beads.last()));
     std::iter::once(on_flat(beads.first())).chain(between).chain([last]).collect()
 }
 

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::{contact::dot, damper::Behind};
-use crate::{number::Number, water::behind::DiscBehind};
+use super::{contact::dot, damper::DashpotBase};
+use crate::{number::Number, water::loaded_disc::LoadedDisc};
 
 /// Something behind the last contact, in one run or in several. Left as it is: nothing that moves.
 pub(super) trait Backing<N: Number> {
@@ -23,7 +23,7 @@ pub(super) trait Backing<N: Number> {
     }
 
     /// How the dashpot's foot moves under the forces of the points (N).
-    fn behind(&self, _forces: &[N]) -> Option<Behind<N>> {
+    fn base(&self, _forces: &[N]) -> Option<DashpotBase<N>> {
         None
     }
 
@@ -40,13 +40,13 @@ impl<N: Number> Backing<N> for () {}
 
 #[derive(Debug)]
 pub(super) struct Wet {
-    pub(super) disc: DiscBehind,
+    pub(super) disc: LoadedDisc,
     /// Least retreat of the contact's points without forces at the end of the step, m.
     least: f64,
 }
 
 impl Wet {
-    pub(super) fn new(disc: DiscBehind) -> Self {
+    pub(super) fn new(disc: LoadedDisc) -> Self {
         Self { disc, least: 0.0 }
     }
 
@@ -86,11 +86,11 @@ impl Backing<f64> for Option<Wet> {
         self.as_ref().map(|wet| wet.disc.modes_under(forces)[0])
     }
 
-    fn behind(&self, forces: &[f64]) -> Option<Behind<f64>> {
+    fn base(&self, forces: &[f64]) -> Option<DashpotBase<f64>> {
         let wet = self.as_ref()?;
         let [_, mobility] = wet.disc.mobility();
         let [_, velocity] = wet.disc.modes_under(forces);
-        Some(Behind { velocity, mobility })
+        Some(DashpotBase { velocity, mobility })
     }
 
     fn feels_dashpot(&self) -> bool {

@@ -24,7 +24,7 @@ use crate::{
         arrangement::{bead_mesh, support_mesh},
         mesh::Mesh,
     },
-    scene::{FlatContact, Material, Scene, Support},
+    scene::{Material, Scene},
     vector_unit,
 };
 use granchain_signal::{hexadecimal, read_back::read_back, sha256};
@@ -197,13 +197,12 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
     }
     digest.update(format!("piston {:?}\n", scene.piston));
     // A spring is no part of the bodies.
-    let support = match &scene.support {
-        Support::Flat(flat) => format!("{flat:?}"),
+    let support = match (scene.support.flat(), scene.support.disc(), scene.support.normal()) {
+        _ if scene.support.spring().is_some() => "flat on a spring".to_owned(),
         // Bodies that end at a rigid flat are those that end free: no run presses their last contact.
-        Support::Free => format!("{:?}", FlatContact::Rigid),
-        Support::Spring { .. } => "flat on a spring".into(),
-        Support::Disc { shape, .. } => format!("disc, rim {}", shape.rim.name()),
-        Support::Annulus { normal, .. } | Support::Body { normal, .. } => format!("body with a {normal:?} normal"),
+        (Some(flat), ..) => format!("{flat:?}"),
+        (None, Some((shape, _)), _) => format!("disc, rim {}", shape.rim.name()),
+        (None, None, normal) => normal.map_or_else(String::new, |normal| format!("body with a {normal:?} normal")),
     };
     digest.update(format!("support {support}\n"));
     if let Some((mesh, materials)) = support_mesh(&scene)? {

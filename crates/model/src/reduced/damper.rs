@@ -14,7 +14,7 @@ const SETTLED: f64 = 1e-14;
 
 /// What the last dashpot stands on, if it moves without being a body of the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Behind<N> {
+pub(super) struct DashpotBase<N> {
     /// Velocity at the end of the step without the dashpot's force, m/s.
     pub(super) velocity: N,
     /// What a unit of its force adds, m/s/N.
@@ -36,7 +36,7 @@ pub(super) fn solve<N: Number>(
     states: &mut [State<N>],
     bodies: &[Option<Moving<N>>],
     piston: Face<N>,
-    behind: Option<Behind<N>>,
+    base: Option<DashpotBase<N>>,
     tension: bool,
     live: N::Mask,
     mut unsettled: impl FnMut(usize, usize),
@@ -76,9 +76,9 @@ pub(super) fn solve<N: Number>(
                         fastest = fastest.larger(piston.velocity.magnitude());
                     }
                     None => {
-                        if let Some(behind) = behind {
-                            rate = rate - (behind.velocity + own * behind.mobility);
-                            mobility += behind.mobility;
+                        if let Some(base) = base {
+                            rate = rate - (base.velocity + own * base.mobility);
+                            mobility += base.mobility;
                         }
                     }
                 }

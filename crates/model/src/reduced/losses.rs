@@ -40,9 +40,9 @@ pub(super) struct Law {
 impl Law {
     pub(super) fn of(reduction: &Reduction, loss: &MaterialLoss) -> Vec<Option<Self>> {
         let support = reduction.support.map(|member| reduction.members[member].kind);
-        let law = |kind: usize| match support == Some(kind) {
-            true => Self { retardation: MaterialLoss::retardation(loss.support), relaxation: loss.relaxation },
-            false => Self { retardation: MaterialLoss::retardation(loss.beads), relaxation: None },
+        let law = |kind: usize| {
+            let (retardation, relaxation) = loss.of_body(support == Some(kind));
+            Self { retardation, relaxation }
         };
         (0..reduction.kinds.len()).map(|kind| Some(law(kind)).filter(|law| *law != Self::default())).collect()
     }

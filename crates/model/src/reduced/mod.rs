@@ -17,22 +17,22 @@
 
 mod array;
 mod backing;
-pub mod basis;
+pub(crate) mod basis;
 mod cache;
 mod chain;
 mod consistency;
 mod contact;
 mod damper;
+mod equilibrium;
 mod losses;
 mod mechanics;
 mod motion;
 mod rank;
 mod record;
-pub mod reduction;
-mod rest;
+pub(crate) mod reduction;
 mod run;
 mod stepping;
 
 pub use cache::{Cache, Origin};
 pub use reduction::Reduction;
-pub(crate) use run::{FEWEST_TOGETHER, MOST_TOGETHER, go_together};
+pub(crate) use run::{FEWEST_TOGETHER, MOST_TOGETHER, can_run_together};

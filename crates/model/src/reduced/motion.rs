@@ -115,7 +115,7 @@ impl<N: Number> Moving<N> {
         let mut drag = None;
         if let Some((hold, bead, forces)) = hold {
             let left = hold.slowed(bead, velocity, forces);
-            hold.book(bead, velocity, left, &mut self.held);
+            hold.add_loss(bead, velocity, left, &mut self.held);
             self.rigid_velocity = left[2];
             let half = hold.drag_half(bead);
             drag = hold.drags().then(|| half * half);

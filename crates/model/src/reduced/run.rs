@@ -3,15 +3,16 @@
 use super::{
     backing::{Backing, Wet},
     contact::State,
+    equilibrium::Equilibrium,
     mechanics::{Flexibility, Mechanics},
     motion::Moving,
     record::{Follower, Record},
     reduction::Reduction,
-    rest::Rest,
-    stepping::{Beginning, Motion, Others},
+    stepping::{Beginning, Motion},
 };
 use crate::{
     ModelError, Progress,
+    attached::Attached,
     contact_law::dashpots,
     fea::{resolution, trace::Sampling},
     holder::Hold,
@@ -19,9 +20,9 @@ use crate::{
     need_drive,
     number::{Lane, Mask, Number},
     response::{Channels, EnergyBalance, ObservedPoint, Response, SolverWork},
-    scene::{PistonMotion, Scene, Support},
+    scene::{PistonMotion, Scene},
     tally,
-    water::{behind::DiscBehind, front::WaterRecord},
+    water::{front::WaterRecord, loaded_disc::LoadedDisc},
 };
 use granchain_signal::Series;
 
@@ -31,7 +32,7 @@ pub(crate) const FEWEST_TOGETHER: usize = 3;
 /// Runs that are made side by side.
 pub(crate) const MOST_TOGETHER: usize = Lane::WIDTH;
 
-pub(crate) fn go_together(one: &Scene, other: &Scene) -> bool {
+pub(crate) fn can_run_together(one: &Scene, other: &Scene) -> bool {
     let kept = |scene: &Scene| (scene.damping.tension, scene.output_step.to_bits());
     // What a run has of horn and holder may be each its own, whether it has any is of all.
     let has = |scene: &Scene| (scene.horn.is_some(), scene.holder.is_some());
@@ -54,16 +55,16 @@ impl Reduction {
         let step = sampling.step();
         let mut run = Single::new(self, scene, step, motion.at(0.0).0)?;
         let mut record = Record::new(sampling, self.beads.len());
-        let mut heard = scene.water.as_ref().map(|water| WaterRecord::new(Some(water), sampling.samples));
-        let listen = |run: &Single<'_>, heard: &mut Option<WaterRecord>| {
-            if let (Some(wet), Some(heard)) = (&run.motion.backing, heard) {
-                wet.disc.sample(heard);
+        let mut water_record = scene.water.as_ref().map(|water| WaterRecord::new(Some(water), sampling.samples));
+        let sample_water = |run: &Single<'_>, water_record: &mut Option<WaterRecord>| {
+            if let (Some(wet), Some(water_record)) = (&run.motion.backing, water_record) {
+                wet.disc.sample(water_record);
             }
         };
         run.balance = EnergyBalance::starting(run.energy(), run.balance.channels);
         record.follower.follow(0, &run.motion);
         record.sample(&run.motion);
-        listen(&run, &mut heard);
+        sample_water(&run, &mut water_record);
         for taken in 1..=sampling.steps() {
             let time = taken as f64 * step;
             run.advance(motion.at(time));
@@ -73,7 +74,7 @@ impl Reduction {
             record.follower.follow(taken, &run.motion);
             if taken.is_multiple_of(sampling.steps_per_sample) {
                 record.sample(&run.motion);
-                listen(&run, &mut heard);
+                sample_water(&run, &mut water_record);
                 let energy = run.energy();
                 run.balance.hold(energy);
                 run.balance.largest = run.balance.largest.max(energy.0 + energy.1);
@@ -93,10 +94,10 @@ impl Reduction {
             wet.disc.count(&mut work);
         }
         let mut response = record.response(self.observed(scene), &balance, work);
-        if let (Some(heard), Some(front), Some(water), Some(mut wet)) =
-            (heard, &self.front, &scene.water, motion.backing)
+        if let (Some(water_record), Some(front), Some(water), Some(mut wet)) =
+            (water_record, &self.front, &scene.water, motion.backing)
         {
-            heard.enter_behind(front, water, wet.disc.energies(), &mut response);
+            water_record.enter_behind(front, water, wet.disc.energies(), &mut response);
         }
         Ok(response)
     }
@@ -114,9 +115,9 @@ impl Reduction {
             let sampling = self.sampling(scene);
             let run = sampling.and_then(|sampling| {
                 let motion = scene.drive.motion(scene.amplitude_scale);
-                let rest = Rest::new(self, scene)?;
-                let dashpots = dashpots(&scene.damping, rest.forces.len());
-                Ok((index, sampling, Beginning { rest, dashpots, piston: motion.at(0.0).0 }, motion))
+                let equilibrium = Equilibrium::new(self, scene)?;
+                let dashpots = dashpots(&scene.damping, equilibrium.forces.len());
+                Ok((index, sampling, Beginning { equilibrium, dashpots, piston: motion.at(0.0).0 }, motion))
             });
             outcomes.push(match run {
                 Ok(run) => {
@@ -144,9 +145,9 @@ impl Reduction {
         let hold = of(0).holder.filter(|_| (0..runs.len()).any(|place| of(place).holder.is_some_and(|own| own.acts())));
         let hold = hold
             .map(|first| Hold::new(|place| of(place).holder.unwrap_or(first), &scenes[0], &self.bead_masses(), step));
-        let others = Others { horn, hold };
+        let attached = Attached { horn, hold };
         let mut motion: Motion<'_, Lane, ()> =
-            Motion::new(self, mechanics, &beginnings, scenes[0].damping.tension, live, step, (), others);
+            Motion::new(self, mechanics, &beginnings, scenes[0].damping.tension, live, step, (), attached);
         let place = self.beads.len() - usize::from(self.observed(&scenes[0]) == ObservedPoint::Centre);
         let mut follower = Follower::new(longest, place, self.beads.len());
         follower.follow(0, &motion);
@@ -202,7 +203,7 @@ impl Reduction {
 
     /// Where a laser sees the last bead.
     fn observed(&self, scene: &Scene) -> ObservedPoint {
-        ObservedPoint::of(self.support.is_none() && self.front.is_none() && scene.support != Support::Free)
+        ObservedPoint::of(self.support.is_none() && self.front.is_none() && !scene.support.is_free())
     }
 }
 
@@ -237,13 +238,13 @@ struct Single<'a> {
 
 impl<'a> Single<'a> {
     fn new(reduction: &'a Reduction, scene: &Scene, step: f64, piston: f64) -> Result<Self, ModelError> {
-        let rest = Rest::new(reduction, scene)?;
-        let mut work = SolverWork { equilibrium_sweeps: u64::from(rest.sweeps), ..SolverWork::default() };
-        let dashpots = dashpots(&scene.damping, rest.forces.len());
-        let wet = match (&reduction.front, &scene.water, &*dashpots, &*rest.forces) {
+        let equilibrium = Equilibrium::new(reduction, scene)?;
+        let mut work = SolverWork { equilibrium_sweeps: u64::from(equilibrium.sweeps), ..SolverWork::default() };
+        let dashpots = dashpots(&scene.damping, equilibrium.forces.len());
+        let wet = match (&reduction.front, &scene.water, &*dashpots, &*equilibrium.forces) {
             (Some(front), Some(water), [.., dashpot], [.., forces]) => {
                 let held = if scene.chain.precompression > 0.0 { &forces[..] } else { &[] };
-                let made = || DiscBehind::new(front, water, step, !dashpot.is_absent(), held);
+                let made = || LoadedDisc::new(front, water, step, !dashpot.is_absent(), held);
                 let (disc, made) = tally::during(made);
                 (work.factorisations, work.kernels) = (made.factorisations, made.kernels);
                 Some(Wet::new(disc.map_err(|error| crate::fea::FeaError::from(Box::new(error)))?))
@@ -252,11 +253,12 @@ impl<'a> Single<'a> {
         };
         let further = wet.as_ref().map_or(&[][..], |wet| wet.disc.compliance());
         let mechanics = Mechanics::new(reduction, scene, Flexibility::Residual(step), further)?;
-        let before = vec![[0.0; 2]; rest.forces.len()];
-        let beginning = Beginning { rest, dashpots, piston };
-        let others = Others { horn: HornStep::of(scene, step), hold: Hold::of(scene, &reduction.bead_masses(), step) };
-        let has_channels = others.horn.is_some() || others.hold.is_some() || mechanics.laws.iter().any(Option::is_some);
-        let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet, others);
+        let before = vec![[0.0; 2]; equilibrium.forces.len()];
+        let beginning = Beginning { equilibrium, dashpots, piston };
+        let attached = Attached::of(scene, &reduction.bead_masses(), step);
+        let has_channels =
+            attached.horn.is_some() || attached.hold.is_some() || mechanics.laws.iter().any(Option::is_some);
+        let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet, attached);
         let balance = EnergyBalance::default();
         Ok(Self { motion, balance, work, before, driven: piston, crept: 0.0, source_work: 0.0, has_channels })
     }
@@ -268,7 +270,7 @@ impl<'a> Single<'a> {
         }
         let from = self.motion.piston;
         advance(&mut self.motion, position, velocity);
-        self.book(self.motion.piston - from);
+        self.add_work(self.motion.piston - from);
         if self.motion.horn.is_some() {
             let force = self.motion.states[0].total() + self.before[0][0];
             self.source_work += 0.5 * force * (position - self.driven);
@@ -280,7 +282,7 @@ impl<'a> Single<'a> {
     }
 
     /// Work of the piston and of the dashpots in this step, by the mean of old and new forces.
-    fn book(&mut self, pushed: f64) {
+    fn add_work(&mut self, pushed: f64) {
         let Motion { states, bodies, backing, .. } = &self.motion;
         let moved = |slot: usize| match (slot, backing) {
             (0, _) => pushed,

@@ -7,14 +7,15 @@ use super::{
     chain::{self, Unsolved},
     contact::{BLOCK, Measure, State, dot},
     damper,
+    equilibrium::Equilibrium,
     losses::Creep,
     mechanics::{Mechanics, Surface},
     motion::Moving,
     reduction::Reduction,
-    rest::Rest,
 };
 use crate::{
     ModelError,
+    attached::Attached,
     contact_law::Dashpot,
     fea::{FeaError, control::Cause},
     holder::Hold,
@@ -69,12 +70,6 @@ pub(super) struct Work {
     pub(super) loss_evaluations: u64,
 }
 
-#[derive(Debug)]
-pub(super) struct Others<N> {
-    pub(super) horn: Option<HornStep<N>>,
-    pub(super) hold: Option<Hold<N>>,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Failure {
     Contact(Cause, usize),
@@ -95,7 +90,7 @@ impl Failure {
 
 #[derive(Debug, Clone)]
 pub(super) struct Beginning {
-    pub(super) rest: Rest,
+    pub(super) equilibrium: Equilibrium,
     pub(super) dashpots: Vec<Dashpot>,
     /// Displacement of the piston, m.
     pub(super) piston: f64,
@@ -103,7 +98,7 @@ pub(super) struct Beginning {
 
 impl<'a, N: Number, B> Motion<'a, N, B> {
     #[cold]
-    fn lose(&mut self, lost: N::Mask, failure: Failure) {
+    fn fail(&mut self, lost: N::Mask, failure: Failure) {
         let lost = self.live & lost;
         self.failed.extend(lost.places().map(|place| (place, failure)));
         self.live = self.live & !lost;
@@ -121,7 +116,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         live: N::Mask,
         step: f64,
         backing: B,
-        Others { horn, hold }: Others<N>,
+        Attached { horn, hold }: Attached<N>,
     ) -> Self {
         let each =
             |value: &dyn Fn(&Beginning) -> f64| N::of(|place| value(&beginnings[place.min(beginnings.len() - 1)]));
@@ -129,10 +124,10 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         let points = |contact: usize| 0..reduction.geometries[reduction.contacts[contact]].gaps.len();
         let gaps: Vec<Vec<N>> = contacts
             .clone()
-            .map(|contact| points(contact).map(|i| each(&|own| own.rest.gaps[contact][i])).collect())
+            .map(|contact| points(contact).map(|i| each(&|own| own.equilibrium.gaps[contact][i])).collect())
             .collect();
         let states = contacts.clone().map(|contact| {
-            let forces = points(contact).map(|i| each(&|own| own.rest.forces[contact][i])).collect();
+            let forces = points(contact).map(|i| each(&|own| own.equilibrium.forces[contact][i])).collect();
             let axial = &reduction.geometries[reduction.contacts[contact]].axial;
             State::pressed_by(&mechanics.condensed[mechanics.of_contact[contact]], forces, axial)
         });
@@ -147,7 +142,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             reduction,
             least: gaps.iter().map(|gaps| gaps.chunks(BLOCK).map(least).collect()).collect(),
             gaps,
-            overlaps: contacts.clone().map(|contact| each(&|own| own.rest.overlaps[contact])).collect(),
+            overlaps: contacts.clone().map(|contact| each(&|own| own.equilibrium.overlaps[contact])).collect(),
             is_damped: beginnings.iter().flat_map(|own| &own.dashpots).any(|dashpot| !dashpot.is_absent()),
             dashpots: contacts.clone().map(dashpot).collect(),
             tension,
@@ -245,13 +240,10 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         self.piston = position;
         let mut face = damper::Face { velocity, mobility: None };
         if let Some((horn, motion)) = &mut self.horn {
-            horn.turn(motion, self.states[0].total());
+            let own = horn.begin(motion, self.states[0].total());
             self.work.horn_evaluations += 1;
             self.piston = position + motion.displacement;
-            // The second kick but for the force that is not known yet.
-            let mut free = *motion;
-            horn.kick(&mut free, N::ZERO);
-            face = damper::Face { velocity: velocity + free.velocity, mobility: Some(horn.mobility()) };
+            face = damper::Face { velocity: velocity + own, mobility: Some(horn.mobility()) };
         }
         if self.is_damped {
             for contact in 0..self.states.len() {
@@ -280,7 +272,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             body.kick(Self::net(&self.states, slot));
             let lost = !body.rigid.finite();
             if (self.live & lost).any() {
-                self.lose(lost, Failure::NotFinite(slot));
+                self.fail(lost, Failure::NotFinite(slot));
             }
         }
     }
@@ -296,12 +288,12 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             if !self.is_damped {
                 return;
             }
-            let behind = self.backing.behind(&self.states[last].forces);
+            let base = self.backing.base(&self.states[last].forces);
             let Self { states, bodies, unsolved, tension, live, .. } = self;
             let unsettled = |place, contact| unsolved.push((place, Unsolved::NotSettled(contact)));
-            let evaluations = damper::solve(states, bodies, face, behind, *tension, *live, unsettled);
+            let evaluations = damper::solve(states, bodies, face, base, *tension, *live, unsettled);
             self.work.dashpot_evaluations += evaluations;
-            self.bury();
+            self.record_failures();
             if !self.backing.feels_dashpot() {
                 return;
             }
@@ -312,7 +304,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
                 return;
             }
         }
-        self.lose(N::Mask::all(true), Failure::Contact(Cause::NotSettled, last));
+        self.fail(N::Mask::all(true), Failure::Contact(Cause::NotSettled, last));
     }
 
     /// Rigid displacement of the body in a slot, m; behind the last contact that of what its dashpot stands on, as predicted.
@@ -342,7 +334,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
         (self.states, self.unsolved) = (states, unsolved);
         self.work.contact_sweeps += u64::from(effort.passes);
         self.work.active_sets += u64::from(effort.sets);
-        self.bury();
+        self.record_failures();
         for contact in 0..self.states.len() {
             let state = &mut self.states[contact];
             let geometry = &self.reduction.geometries[self.reduction.contacts[contact]];
@@ -354,19 +346,19 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
                 let last = if geometry.is_flat { N::Mask::all(false) } else { at(state.forces.len() - 1) };
                 let first = if geometry.is_ring { at(0) } else { N::Mask::all(false) };
                 let lost = first | last;
-                self.lose(lost, Failure::Contact(Cause::PatchExceeded, contact));
+                self.fail(lost, Failure::Contact(Cause::PatchExceeded, contact));
             }
         }
     }
 
     #[inline(always)]
-    fn bury(&mut self) {
+    fn record_failures(&mut self) {
         while let Some((place, unsolved)) = self.unsolved.pop() {
             let failure = match unsolved {
                 Unsolved::NoActiveSet(contact) => Failure::Contact(Cause::NoActiveSet, contact),
                 Unsolved::NotSettled(contact) => Failure::Contact(Cause::NotSettled, contact),
             };
-            self.lose(!N::Mask::but(place), failure);
+            self.fail(!N::Mask::but(place), failure);
         }
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn,
-    ModelKind, Relaxation, Scene, Scheme, Support, TermDescription,
+    ModelKind, Relaxation, Scene, Scheme, TermDescription,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -21,7 +21,7 @@ fn effect(name: &'static str, (on, why): (bool, impl Into<String>)) -> Effect {
 }
 
 /// A key and its value, as a scene has them.
-fn said(key: &str, value: f64, dimension: Dimension) -> String {
+fn setting(key: &str, value: f64, dimension: Dimension) -> String {
     format!("{key} = {}", Quantity::new(value, dimension))
 }
 
@@ -41,7 +41,7 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
     let dampers = DampingTerm::ALL.map(|term| {
         let (TermDescription { effect: name, symbol, dimension, .. }, value) =
             (term.description(), scene.damping.coefficients[term]);
-        effect(name, (value > 0.0, said(symbol, value, *dimension)))
+        effect(name, (value > 0.0, setting(symbol, value, *dimension)))
     });
     let parts = [contact_effects(scene), further_effects(scene), water_effects(scene), mesh_effects(scene)];
     dampers.into_iter().chain(parts.into_iter().flatten()).collect()
@@ -67,13 +67,13 @@ fn contact_effects(scene: &Scene) -> Vec<Effect> {
         }
         Some((shape, factor, _)) => on(format!(
             "support.stiffness_factor = {factor}, {}, {}",
-            said("support.ring_radius", shape.ring_radius, Dimension::LENGTH),
-            said("support.section_radius", shape.section_radius, Dimension::LENGTH)
+            setting("support.ring_radius", shape.ring_radius, Dimension::LENGTH),
+            setting("support.section_radius", shape.section_radius, Dimension::LENGTH)
         )),
         None => off("support.kind is not annulus"),
     };
     let spring = match scene.support.spring() {
-        Some(stiffness) => on(said("support.stiffness", stiffness, Dimension::STIFFNESS)),
+        Some(stiffness) => on(setting("support.stiffness", stiffness, Dimension::STIFFNESS)),
         None => off("support.kind is not spring"),
     };
     let half_space = match (scene.piston, scene.support.flat()) {
@@ -90,7 +90,7 @@ fn contact_effects(scene: &Scene) -> Vec<Effect> {
         _ => off(format!("{}: the contacts are computed", model(scene))),
     };
     let ring_up = match scene.drive.kind {
-        DriveKind::ToneBurst { ring_up, .. } => (ring_up > 0.0, said("drive.ring_up", ring_up, Dimension::TIME)),
+        DriveKind::ToneBurst { ring_up, .. } => (ring_up > 0.0, setting("drive.ring_up", ring_up, Dimension::TIME)),
         _ => off("drive.kind is not tone-burst"),
     };
     let record = match &scene.drive.kind {
@@ -105,7 +105,7 @@ fn contact_effects(scene: &Scene) -> Vec<Effect> {
             of_dampers(damping.placement == DampingPlacement::All, placement.to_owned()),
         ),
         effect("pulling dampers", of_dampers(damping.tension, format!("damping.tension = {}", damping.tension))),
-        effect("precompression", (force > 0.0, said("chain.precompression", force, Dimension::FORCE))),
+        effect("precompression", (force > 0.0, setting("chain.precompression", force, Dimension::FORCE))),
         effect("initial gaps", gaps),
         effect(
             "unequal beads",
@@ -124,25 +124,25 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
     let horn = match scene.horn {
         Some(Horn { mass, frequency, quality }) => on(format!(
             "{}, {}, horn.quality = {quality}",
-            said("horn.mass", mass, Dimension::MASS),
-            said("horn.frequency", frequency, Dimension::FREQUENCY)
+            setting("horn.mass", mass, Dimension::MASS),
+            setting("horn.frequency", frequency, Dimension::FREQUENCY)
         )),
         None => off("horn.mass is not given: the tip moves as prescribed"),
     };
     let (holder, loss) = (scene.holder.unwrap_or_default(), scene.loss);
     let friction = format!(
         "{}, {}",
-        said("holder.friction_force", holder.friction_force, Dimension::FORCE),
-        said("holder.slip_velocity", holder.slip_velocity, Dimension::VELOCITY)
+        setting("holder.friction_force", holder.friction_force, Dimension::FORCE),
+        setting("holder.slip_velocity", holder.slip_velocity, Dimension::VELOCITY)
     );
     let oblique = format!(
         "{}, holder.friction_coefficient = {}",
-        said("holder.clearance", holder.clearance, Dimension::LENGTH),
+        setting("holder.clearance", holder.clearance, Dimension::LENGTH),
         holder.friction_coefficient
     );
     let relaxation = match (loss.relaxation, scene.support.ring()) {
         (Some(Relaxation { strength, time }), Some(_)) => {
-            on(format!("loss.relaxation = {strength}, {}", said("loss.relaxation_time", time, Dimension::TIME)))
+            on(format!("loss.relaxation = {strength}, {}", setting("loss.relaxation_time", time, Dimension::TIME)))
         }
         (None, Some(_)) => off("loss.relaxation = 0"),
         (_, None) => off("support.kind is not annulus"),
@@ -150,7 +150,7 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
     let is_chain = scene.model.kind == ModelKind::Chain;
     let yields = match scene.yield_strength {
         _ if !is_chain => off(model(scene)),
-        Some(strength) => on(said("contact.yield_strength", strength, Dimension::PRESSURE)),
+        Some(strength) => on(setting("contact.yield_strength", strength, Dimension::PRESSURE)),
         None => off("contact.yield_strength is not given: elastic"),
     };
     let lossy = match scene.model.kind.is_meshed() {
@@ -162,7 +162,10 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
     };
     vec![
         effect("loaded horn", horn),
-        effect("drag in the holder", (holder.drag > 0.0, said("holder.drag", holder.drag, Dimension::LINEAR_DAMPING))),
+        effect(
+            "drag in the holder",
+            (holder.drag > 0.0, setting("holder.drag", holder.drag, Dimension::LINEAR_DAMPING)),
+        ),
         effect("friction in the holder", (holder.friction_force > 0.0, friction)),
         effect(
             "oblique contacts",
@@ -188,7 +191,7 @@ fn water_effects(scene: &Scene) -> Vec<Effect> {
     let absorption = water.map_or_else(not_given, |water| match water.absorption {
         None => off("water.absorption = 0 Np/m"),
         Some(law) => {
-            let at_1_mhz = said("water.absorption", law.at_1_mhz, Dimension::ATTENUATION);
+            let at_1_mhz = setting("water.absorption", law.at_1_mhz, Dimension::ATTENUATION);
             on(format!("{at_1_mhz} at 1 MHz, exponent {}", law.exponent))
         }
     });
@@ -201,18 +204,16 @@ fn water_effects(scene: &Scene) -> Vec<Effect> {
 
 fn mesh_effects(scene: &Scene) -> Vec<Effect> {
     let (kind, fea) = (scene.model.kind, &scene.model.fea);
-    let under = |has: bool, said: (bool, String)| if has { said } else { off(model(scene)) };
-    let in_fea = |said| under(kind == ModelKind::Fea, said);
-    let in_meshed = |said| under(kind.is_meshed(), said);
+    let under = |has: bool, setting: (bool, String)| if has { setting } else { off(model(scene)) };
+    let in_fea = |setting| under(kind == ModelKind::Fea, setting);
+    let in_meshed = |setting| under(kind.is_meshed(), setting);
     let off_axis = match scene.support.normal() {
         Some(normal) => (normal == ContactNormal::Moving, format!("support.normal = {}", normal.name())),
         None => off("no contact lies off the axis"),
     };
     let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
-    let (own, support) = match scene.support {
-        Support::Body { .. } => (true, "the support"),
-        _ => (false, "no support"),
-    };
+    let own = scene.support.mesh_file().is_some();
+    let support = if own { "the support" } else { "no support" };
     let dissipation = match (fea.scheme, fea.scheme.dissipation()) {
         (Scheme::Trapezoid, _) => off("model.integrator = trapezoid"),
         (scheme, value) => {

@@ -23,8 +23,17 @@ pub struct Relaxation {
 }
 
 impl MaterialLoss {
+    /// Retardation β (s) and relaxation of the material of the support, or of a bead.
+    pub(crate) fn of_body(&self, is_support: bool) -> (f64, Option<Relaxation>) {
+        if is_support {
+            (Self::retardation(self.support), self.relaxation)
+        } else {
+            (Self::retardation(self.beads), None)
+        }
+    }
+
     /// Time β of E (1 + β d/dt) that has the loss factor `factor` at [`LOSS_FREQUENCY`], s.
-    pub(crate) fn retardation(factor: f64) -> f64 {
+    fn retardation(factor: f64) -> f64 {
         factor / (2.0 * std::f64::consts::PI * LOSS_FREQUENCY)
     }
 }

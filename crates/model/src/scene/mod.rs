@@ -137,7 +137,7 @@ const FREE: f64 = 1e6;
 impl Scene {
     /// Initial gaps of the N + 1 contacts, m; behind a free end there is nothing within reach.
     pub(crate) fn gaps(&self) -> impl Iterator<Item = f64> + '_ {
-        let free = (self.support == Support::Free).then_some(self.chain.beads.len());
+        let free = self.support.is_free().then_some(self.chain.beads.len());
         self.chain.gaps.iter().enumerate().map(move |(contact, gap)| if free == Some(contact) { FREE } else { *gap })
     }
 
@@ -149,7 +149,7 @@ impl Scene {
     pub fn mesh_files(&self) -> Vec<std::path::PathBuf> {
         let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
         let mut paths: Vec<std::path::PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
-        paths.extend(setting::support_mesh(self).map(|mesh| mesh.path.clone()));
+        paths.extend(self.support.mesh_file().map(|mesh| mesh.path.clone()));
         paths.sort();
         paths.dedup();
         paths

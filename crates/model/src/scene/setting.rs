@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{
     Absorption, AnnulusShape, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, MeshFile, Meshing, Scene,
-    Support, WaterMesh, WaterMethod, WaterSettings,
+    WaterMesh, WaterMethod, WaterSettings,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -145,10 +145,6 @@ pub(super) fn differing_beads(scene: &Scene) -> Option<SettingValue> {
     let numbered = beads.iter().enumerate().filter(|(_, bead)| differs(bead));
     let differing: Vec<_> = numbered.map(|(index, bead)| (index + 1, bead.clone())).collect();
     (!differing.is_empty()).then_some(SettingValue::Beads(differing))
-}
-
-pub(super) fn support_mesh(scene: &Scene) -> Option<&MeshFile> {
-    if let Support::Body { mesh, .. } = &scene.support { Some(mesh) } else { None }
 }
 
 pub(super) fn ring(scene: &Scene) -> Option<&AnnulusShape> {

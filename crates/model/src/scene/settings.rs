@@ -59,6 +59,16 @@ impl ModelSettings {
         Self { kind: ModelKind::Chain, integrator, reduced, fea, limits: Limits::default() }
     }
 
+    /// Fixed step of the model, s; none where the chain's integrator chooses its own.
+    pub(crate) fn step(&self) -> Option<f64> {
+        match (self.kind, self.integrator) {
+            (ModelKind::Fea, _) => Some(self.fea.step),
+            (ModelKind::Reduced, _) => Some(self.reduced.step),
+            (ModelKind::Chain, Integrator::Symplectic { step }) => Some(step),
+            (ModelKind::Chain, Integrator::DormandPrince853 { .. }) => None,
+        }
+    }
+
     /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
     pub fn meshing(&self) -> Meshing {
         match self.kind {

@@ -73,13 +73,17 @@ impl Support {
         }
     }
 
-    /// The flat that the last bead meets by the law of Hertz: before a free end a rigid one that is out of reach.
+    /// The flat that the last bead meets: a rigid one on a spring, and out of reach before a free end; none of a body.
     pub(crate) const fn flat(&self) -> Option<FlatContact> {
         match self {
             Self::Flat(flat) => Some(*flat),
-            Self::Free => Some(FlatContact::Rigid),
-            _ => None,
+            Self::Free | Self::Spring { .. } => Some(FlatContact::Rigid),
+            Self::Annulus { .. } | Self::Disc { .. } | Self::Body { .. } => None,
         }
+    }
+
+    pub(crate) const fn is_free(&self) -> bool {
+        matches!(self, Self::Free)
     }
 
     /// Its ring, the factor on its stiffness (1) and its material.
@@ -93,9 +97,14 @@ impl Support {
         if let Self::Disc { shape, mesh_density } = self { Some((shape, *mesh_density)) } else { None }
     }
 
+    /// The file with its mesh, where it is a body of the user's own.
+    pub(crate) const fn mesh_file(&self) -> Option<&MeshFile> {
+        if let Self::Body { mesh, .. } = self { Some(mesh) } else { None }
+    }
+
     /// Whether it is a body with a mesh, in the models that mesh their bodies.
     pub(crate) const fn is_meshed(&self) -> bool {
-        matches!(self, Self::Annulus { .. } | Self::Disc { .. } | Self::Body { .. })
+        self.flat().is_none()
     }
 
     /// Stiffness of the one-sided linear spring that it is, N/m.
@@ -103,6 +112,7 @@ impl Support {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 
+    /// The normal of a body that is touched off the axis.
     pub(crate) const fn normal(&self) -> Option<ContactNormal> {
         match self {
             Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),

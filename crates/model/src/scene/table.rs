@@ -4,7 +4,7 @@
 use super::{
     AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
+    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, ValueKind,
     condition::{
         BODY_MESH, DISC, DRIVES, FORMULA, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY, OWN_NORMAL, RING,
         STEPPED, SUPPORTS, WATER_MESH,
@@ -16,7 +16,7 @@ use super::{
     },
     setting::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
-        path, ring, shared_mesh, support_mesh, text, water, water_mesh, whole,
+        path, ring, shared_mesh, text, water, water_mesh, whole,
     },
 };
 use granchain_signal::Dimension;
@@ -184,16 +184,11 @@ pub const KEYS: &[Key] = &[
     .or(AnnulusShape::published().section_radius)
     .when(RING),
     number("support.stiffness_factor", Dimension::NONE, Bound::Positive, "factor on the stiffness of the annulus")
-        .number(|scene| {
-            if let Support::Annulus { stiffness_factor, .. } = scene.support { Some(stiffness_factor) } else { None }
-        })
+        .number(|scene| Some(scene.support.ring()?.1))
         .or(1.0)
         .when(RING),
     key("support.material", ValueKind::Text, "material of the annulus or body")
-        .value(|scene| match &scene.support {
-            Support::Annulus { material, .. } | Support::Body { material, .. } => text(&material.name),
-            _ => None,
-        })
+        .value(|scene| text(&scene.support.material().filter(|_| disc(scene).is_none())?.name))
         .usually("resin")
         .when(&[Is("support.kind", &["annulus", "body"])]),
     word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or to the moved bead")
@@ -202,11 +197,11 @@ pub const KEYS: &[Key] = &[
         })
         .when(OWN_NORMAL),
     key("support.mesh", ValueKind::Path, "Gmsh file with the mesh of the body, relative to the scene file")
-        .value(|scene| path(support_mesh(scene)?))
+        .value(|scene| path(scene.support.mesh_file()?))
         .needed("support.mesh = \"ring.msh\"")
         .when(OWN_BODY),
     number("support.mesh_unit", Dimension::LENGTH, Bound::Positive, "length of its unit; default 1 m")
-        .number(|scene| Some(support_mesh(scene)?.unit))
+        .number(|scene| Some(scene.support.mesh_file()?.unit))
         .or(1.0)
         .when(OWN_BODY),
     number("support.stiffness", Dimension::STIFFNESS, Bound::Positive, "stiffness of the one-sided spring")
@@ -229,11 +224,7 @@ pub const KEYS: &[Key] = &[
         .value(|scene| text(disc(scene)?.rim.name()))
         .when(DISC),
     count("disc.mesh_density", (1, 64), "elements through the disc's thickness; 4/3 as many a length along r")
-        .value(
-            |scene| {
-                if let Support::Disc { mesh_density, .. } = scene.support { Some(whole(mesh_density)) } else { None }
-            },
-        )
+        .value(|scene| Some(whole(scene.support.disc()?.1)))
         .usually("6")
         .when(DISC),
     key("water.medium", ValueKind::Choice(MEDIA), "what is behind the disc; none is a vacuum")
@@ -400,12 +391,7 @@ pub const KEYS: &[Key] = &[
         .or(DEFAULT_TOLERANCE)
         .when(&[Is("model.kind", &["chain"]), Is("model.integrator", &["dormand-prince-853"])]),
     number("model.step", Dimension::TIME, Bound::Positive, "fixed step")
-        .number(|scene| match (scene.model.kind, scene.model.integrator) {
-            (ModelKind::Fea, _) => Some(scene.model.fea.step),
-            (ModelKind::Reduced, _) => Some(scene.model.reduced.step),
-            (ModelKind::Chain, Integrator::Symplectic { step }) => Some(step),
-            (ModelKind::Chain, Integrator::DormandPrince853 { .. }) => None,
-        })
+        .number(|scene| scene.model.step())
         .needed("model.step = \"50 ns\"")
         .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; symplectic must be told")
         .when(STEPPED),

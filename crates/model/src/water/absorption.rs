@@ -35,13 +35,6 @@ pub struct PowerLaw {
 
 impl PowerLaw {
     /// Of losses as a scene has them, with 0 < y ≤ 2.
-    ///
-    /// ```
-    /// # use granchain_model::{water::absorption::PowerLaw, scene::Absorption};
-    /// // 0.5 dB/cm at 1 MHz is 50 dB/m; 8.686 dB are one neper.
-    /// let tissue = PowerLaw::new(Absorption { at_1_mhz: 50.0 / 8.685_889_638, exponent: 1.1 });
-    /// assert!((tissue.attenuation(2e6) / tissue.attenuation(1e6) - 2f64.powf(1.1)).abs() < 1e-12);
-    /// ```
     pub fn new(law: Absorption) -> Self {
         Self { law }
     }

@@ -16,8 +16,9 @@ use super::{
     contact::{Approach, DiscContact, PatchError, Pressing},
 };
 use crate::{
+    attached::Attached,
     contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
-    holder::{Hold, HoldLoss},
+    holder::HoldLoss,
     horn::{HornMotion, HornStep},
     response::EnergyBalance,
     scene::{Bead, Damping, FlatContact, PistonMotion},
@@ -94,7 +95,7 @@ pub(super) struct Moment<'a> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Books {
+pub(super) struct Totals {
     /// Of beads and contacts; what is no longer there went into disc and water.
     pub balance: EnergyBalance,
     pub events: u64,
@@ -104,25 +105,19 @@ pub(super) struct Books {
     pub holder: u64,
 }
 
-#[derive(Debug, Default)]
-pub(super) struct Others {
-    pub horn: Option<HornStep<f64>>,
-    pub hold: Option<Hold<f64>>,
-}
-
 /// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
 /// counted from that equilibrium. `observe` sees every instant, the first included, and stops the run by `false`.
 #[allow(clippy::too_many_arguments, reason = "what stands on the bench, part by part")]
-pub(super) fn march(
+pub(super) fn integrate_on_disc(
     chain: &ChainInFront,
-    Others { horn, hold }: &Others,
+    Attached { horn, hold }: &Attached<f64>,
     motion: &dyn PistonMotion,
     contact: &DiscContact,
     preload: f64,
     disc: &mut dyn OnWater,
     instants: usize,
     observe: &mut dyn FnMut(&Moment<'_>) -> bool,
-) -> Result<Books, ChainOnWaterError> {
+) -> Result<Totals, ChainOnWaterError> {
     let count = chain.beads.len();
     if count == 0 || chain.gaps.len() != count + 1 {
         return Err(ChainOnWaterError::Count { beads: count, gaps: chain.gaps.len() });
@@ -161,7 +156,7 @@ pub(super) fn march(
         pairs.sum::<f64>() + contact.stored(pressing)
     };
     let balance = EnergyBalance::starting((0.0, pressed(&vec![0.0; count + 1], &pressing)), None);
-    let mut books = Books { balance, ..Books::default() };
+    let mut totals = Totals { balance, ..Totals::default() };
     let stopped = |time| Err(ChainOnWaterError::Stopped { time });
     if !observe(&Moment { instant: 0, time: 0.0, displacement: &u, velocity: &v, force: &force, disc }) {
         return stopped(0.0);
@@ -175,10 +170,10 @@ pub(super) fn march(
             if let Some(hold) = hold {
                 // Half-way through the drift.
                 let left = hold.slowed(i - 1, v[i], [force[i - 1], force[i]]);
-                hold.book(i - 1, v[i], left, &mut held);
+                hold.add_loss(i - 1, v[i], left, &mut held);
                 moved[i] = 0.5 * step * (v[i] + left[2]);
                 v[i] = left[2];
-                books.holder += 1;
+                totals.holder += 1;
             }
             u[i] += moved[i];
         }
@@ -186,12 +181,9 @@ pub(super) fn march(
         (u[0], v[0]) = motion.at(time);
         driven = u[0];
         if let (Some(horn), Some(own)) = (horn, &mut own) {
-            horn.turn(own, force[0]);
-            let mut free = *own;
-            // The second kick but for the force that is not known yet.
-            horn.kick(&mut free, 0.0);
-            (u[0], v[0]) = (u[0] + own.displacement, v[0] + free.velocity);
-            books.horn += 1;
+            let velocity = horn.begin(own, force[0]);
+            (u[0], v[0]) = (u[0] + own.displacement, v[0] + velocity);
+            totals.horn += 1;
         }
         moved[0] = u[0] - pushed;
         before.copy_from_slice(&force);
@@ -204,7 +196,7 @@ pub(super) fn march(
             }
             force[i] = pair.elastic;
         }
-        books.dashpots += (damped + usize::from(at_disc.is_some())) as u64;
+        totals.dashpots += (damped + usize::from(at_disc.is_some())) as u64;
         // Of the force, the disc knows what exceeds the static one.
         let overlap = u[count] + rest[count] - disc.predict() + compliance * preload;
         let patch = |source| ChainOnWaterError::Patch { time, source };
@@ -225,19 +217,19 @@ pub(super) fn march(
                     Ok(Some(pressing.force))
                 })?;
                 let now = pressing.force - hertz_force(contact.hertz_stiffness, pressing.indentation);
-                books.balance.step(0.0, 0.5 * (damper_force + now) * (pressing.indentation - indentation));
+                totals.balance.step(0.0, 0.5 * (damper_force + now) * (pressing.indentation - indentation));
                 damper_force = now;
             }
         }
         let switched = force.iter().zip(&before).filter(|(now, before)| (**now != 0.0) != (**before != 0.0));
-        books.events += switched.count() as u64;
+        totals.events += switched.count() as u64;
         disc.push(pressing.force - preload);
         for i in 1..=count {
             a[i] = (force[i - 1] - force[i]) / masses[i - 1];
             v[i] += 0.5 * step * a[i];
         }
         if horn.is_some() || hold.is_some() {
-            let channels = books.balance.channels.get_or_insert_default();
+            let channels = totals.balance.channels.get_or_insert_default();
             (channels.drag_j, channels.friction_j) = (held.drag, held.friction);
             if let (Some(horn), Some(own)) = (horn, &mut own) {
                 v[0] -= of_piston * force[0];
@@ -248,10 +240,10 @@ pub(super) fn march(
         }
         if damped > 0 {
             for (i, pair) in pairs.iter().enumerate() {
-                books.balance.step(0.0, 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]));
+                totals.balance.step(0.0, 0.5 * (pair.lost + force[i] - pair.elastic) * (moved[i] - moved[i + 1]));
             }
         }
-        let balance = &mut books.balance;
+        let balance = &mut totals.balance;
         balance.step(0.5 * (before[0] + force[0]) * moved[0], 0.0);
         let lost = balance.dissipated + balance.lost();
         balance.largest = balance.largest.max(balance.initial + balance.piston_work - lost);
@@ -263,8 +255,8 @@ pub(super) fn march(
         }
     }
     let kinetic = (1..=count).map(|i| 0.5 * masses[i - 1] * v[i] * v[i]).sum();
-    books.balance.hold((kinetic, pressed(&u, &pressing)));
-    Ok(books)
+    totals.balance.hold((kinetic, pressed(&u, &pressing)));
+    Ok(totals)
 }
 
 /// Sweeps after which dashpots are left as they are, and the change of a force over the largest at which they have settled, or over what a dashpot
@@ -332,7 +324,7 @@ pub fn run(
     let step = disc.step();
     let instants = (duration / step).round() as usize;
     let mut out = WaterRun { step, pressure: vec![Vec::with_capacity(instants + 1); points], ..WaterRun::default() };
-    let books = march(chain, &Others::default(), motion, contact, 0.0, disc, instants, &mut |moment| {
+    let totals = integrate_on_disc(chain, &Attached::default(), motion, contact, 0.0, disc, instants, &mut |moment| {
         let last = moment.force.len() - 1;
         if moment.force[last] > 0.0 {
             out.last_touch = Some(moment.time);
@@ -342,9 +334,9 @@ pub fn run(
         out.last_bead_velocity.push(moment.velocity[last]);
         true
     })?;
-    out.piston_work = books.balance.piston_work;
-    out.dissipated = books.balance.dissipated;
-    out.chain_energy = books.balance.kinetic + books.balance.stored;
+    out.piston_work = totals.balance.piston_work;
+    out.dissipated = totals.balance.dissipated;
+    out.chain_energy = totals.balance.kinetic + totals.balance.stored;
     out.disc_energy = disc.energy();
     out.work_on_water = disc.work_on_water();
     Ok(out)

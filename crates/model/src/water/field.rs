@@ -7,7 +7,7 @@
 //! p(x, t) = Σ_k ∫ h_k(τ) v̇_k(t − τ) dτ                             a map at instants ([`FaceMotion::map`])
 //! P(x, ω) = Σ_k V_k iω ∫ h_k(τ) e^{−iωτ} dτ                         a map at a frequency ([`amplitude_map`])
 //! D(θ)    = |P(d sin θ, d cos θ)|,  d finite or without end           a beam pattern ([`beam_pattern`], [`far_field`])
-//! v(r, t) = Σ_k φ_k(r) v_k(t)                                       the face itself ([`FaceMotion::velocity_at`])
+//! v(r, t) = Σ_k φ_k(r) v_k(t)                                       the face itself ([`FaceMotion::face`])
 //! ```
 //!
 //! with h_k the kernels of [`super::rayleigh::field`]: exact for a rigid baffle. The second, independent source of a map, and the only one for
@@ -16,7 +16,7 @@
 
 mod soft;
 
-pub use soft::{soft_far_field, soft_on_axis};
+pub use soft::soft_far_field;
 
 pub(crate) use soft::FacePressure;
 
@@ -96,14 +96,8 @@ impl FaceMotion {
         &self.velocity
     }
 
-    /// Velocity of the back at the radius r (m) and the time t (s), m/s, positive into the water; 0 beyond the disc.
-    pub fn velocity_at(&self, radiator: &Radiator<'_>, radius: f64, time: f64) -> f64 {
-        let mut shapes = vec![0.0; self.splines.len()];
-        radiator.values(radius, &mut shapes);
-        shapes.iter().zip(&self.splines).map(|(shape, spline)| shape * spline.at(time).0).sum()
-    }
-
-    /// The same at many radii (m) and times (s): one list over the times each radius.
+    /// Velocity of the back, m/s, positive into the water and 0 beyond the disc, at many radii (m) and times (s): one list over the times each
+    /// radius.
     pub fn face(&self, radiator: &Radiator<'_>, radii: &[f64], times: &[f64]) -> Vec<Vec<f64>> {
         let shapes: Vec<Vec<f64>> = radii
             .iter()
@@ -199,8 +193,8 @@ fn amplitude(
     velocities: &[c64],
     angular_frequency: f64,
 ) -> Result<c64, FieldPointError> {
-    let heard = radiator.pressure_spectrum(water, point, angular_frequency)?;
-    Ok(heard.iter().zip(velocities).map(|(heard, velocity)| heard * velocity).sum())
+    let kernels = radiator.pressure_spectrum(water, point, angular_frequency)?;
+    Ok(kernels.iter().zip(velocities).map(|(kernel, velocity)| kernel * velocity).sum())
 }
 
 /// What beam patterns tend to far away: P d e^{ikd} as d → ∞ (Pa·m), at the angles θ (rad) from the axis.
@@ -234,14 +228,4 @@ pub fn far_field(
         factor * source.iter().map(|(radius, part)| part * libm::j0(across * radius)).sum::<c64>()
     };
     angles.iter().map(at).collect()
-}
-
-/// Angle (rad) on either side of the axis at which a beam pattern has fallen to half its value on the axis (−6 dB) for the first time,
-/// interpolated between the angles given (ascending from 0); none if it never does.
-pub fn half_angle(angles: &[f64], pattern: &[c64]) -> Option<f64> {
-    let size: Vec<f64> = pattern.iter().map(|value| value.norm()).collect();
-    let half = 0.5 * size.first()?;
-    let past = size.iter().position(|&value| value < half)?;
-    let share = (size[past - 1] - half) / (size[past - 1] - size[past]);
-    Some(angles[past - 1] + share * (angles[past] - angles[past - 1]))
 }

@@ -182,12 +182,12 @@ impl WaterRecord {
         work.pressure_samples = self.pressure.iter().map(|trace| trace.len() as u64).sum();
         let law = water.and_then(|water| water.absorption);
         let points = water.map_or(&[][..], |water| &water.field_points);
-        let heard = self.pressure.into_iter().zip(points).map(|(trace, &point)| {
+        let arriving = self.pressure.into_iter().zip(points).map(|(trace, &point)| {
             let Some(law) = law else { return series(trace) };
             work.absorbed_records += 1;
             series(absorption::attenuated(law, shape.radius, point, &trace, step))
         });
-        let pressure = heard.collect();
+        let pressure = arriving.collect();
         response.disc = Some(DiscResponse { velocity: series(self.back_velocity), pressure });
     }
 

@@ -15,15 +15,15 @@
 //!
 //! Left out: absorption, flow, cavitation (pressure below the ambient one counts as it comes), and the radiation from the disc's front.
 
-pub mod absorption;
-pub mod behind;
+pub(crate) mod absorption;
 pub mod chain;
 pub mod contact;
 pub mod disc;
 pub mod elements;
 mod error;
 pub mod field;
-pub mod front;
+pub(crate) mod front;
+pub(crate) mod loaded_disc;
 mod quadrature;
 pub mod rayleigh;
 pub mod source;

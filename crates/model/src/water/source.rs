@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     ModelError,
-    scene::{Baffle, DEFAULT_WATER_STEP, Integrator, ModelKind, Scene, WaterMesh, WaterMethod, WaterSettings},
+    scene::{Baffle, DEFAULT_WATER_STEP, Scene, WaterMesh, WaterMethod, WaterSettings},
 };
 use granchain_signal::Series;
 
@@ -48,16 +48,6 @@ pub enum FieldSourceError {
     Point(#[from] FieldPointError),
     #[error(transparent)]
     Model(#[from] ModelError),
-}
-
-/// Step of a scene's disc and water, s: its model's own.
-fn clock(scene: &Scene) -> f64 {
-    match (scene.model.kind, scene.model.integrator) {
-        (ModelKind::Fea, _) => scene.model.fea.step,
-        (ModelKind::Reduced, _) => scene.model.reduced.step,
-        (ModelKind::Chain, Integrator::Symplectic { step }) => step,
-        (ModelKind::Chain, _) => DEFAULT_WATER_STEP,
-    }
 }
 
 /// A force less what it is at the start, when disc and water rest under it, N.
@@ -107,7 +97,7 @@ impl FieldSource {
             WaterMethod::Rayleigh => None,
             WaterMethod::Elements(mesh) => Some(mesh),
         };
-        Ok(Self { disc, modes, water: water.clone(), mesh, step: clock(scene) })
+        Ok(Self { disc, modes, water: water.clone(), mesh, step: scene.model.step().unwrap_or(DEFAULT_WATER_STEP) })
     }
 
     /// Step of the clock on which it takes forces, s.

@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 
 use super::{
     OnWater, UnitResponse, Water,
-    chain::{ChainInFront, ChainOnWaterError, Moment, Others, march},
+    chain::{ChainInFront, ChainOnWaterError, Moment, integrate_on_disc},
     contact::DiscContact,
     disc::{Disc, DiscMesh, DiscModes, PATCH},
     elements::{DiscOnWater, DiscOnWaterSettings},
@@ -22,9 +22,8 @@ use super::{
 };
 use crate::{
     ModelError, Progress,
+    attached::Attached,
     contact_law::dashpots,
-    holder::Hold,
-    horn::HornStep,
     response::{EnergyLedger, ObservedPoint, Recorder, Response, SolverWork, push},
     scene::{
         Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, WaterMethod,
@@ -182,7 +181,7 @@ impl DiscSupport {
         let every = ((scene.output_step / self.step).round() as usize).max(1);
         let samples = steps / every + 1;
         let mut columns = Recorder::new(samples, count, false);
-        let mut heard = WaterRecord::new(self.water.as_ref(), samples);
+        let mut water_record = WaterRecord::new(self.water.as_ref(), samples);
         let chain = ChainInFront {
             beads: scene.chain.beads.clone(),
             gaps: scene.chain.gaps.clone(),
@@ -191,26 +190,27 @@ impl DiscSupport {
         };
         let preload = scene.chain.precompression;
         let masses: Vec<f64> = scene.chain.beads.iter().map(Bead::mass).collect();
-        let others = Others { horn: HornStep::of(scene, self.step), hold: Hold::of(scene, &masses, self.step) };
-        let books = march(&chain, &others, motion, contact, preload, disc, steps, &mut |moment: &Moment<'_>| {
-            if moment.instant.is_multiple_of(every) {
-                columns.piston.push(moment.displacement[0]);
-                push(&mut columns.displacement, moment.displacement[1..].iter().copied());
-                push(&mut columns.velocity, moment.velocity[1..].iter().copied());
-                push(&mut columns.force, moment.force.iter().copied());
-                heard.sample(moment.disc);
-            }
-            !moment.instant.is_multiple_of(REPORT) || progress(moment.time)
-        })
-        .map_err(WaterError::from)?;
+        let attached = Attached::of(scene, &masses, self.step);
+        let totals =
+            integrate_on_disc(&chain, &attached, motion, contact, preload, disc, steps, &mut |moment: &Moment<'_>| {
+                if moment.instant.is_multiple_of(every) {
+                    columns.piston.push(moment.displacement[0]);
+                    push(&mut columns.displacement, moment.displacement[1..].iter().copied());
+                    push(&mut columns.velocity, moment.velocity[1..].iter().copied());
+                    push(&mut columns.force, moment.force.iter().copied());
+                    water_record.sample(moment.disc);
+                }
+                !moment.instant.is_multiple_of(REPORT) || progress(moment.time)
+            })
+            .map_err(WaterError::from)?;
 
         let mut work = SolverWork {
             unknowns: 2 * count as u64,
             steps: steps as u64,
-            events: books.events,
-            dashpot_evaluations: books.dashpots,
-            horn_evaluations: books.horn,
-            holder_evaluations: books.holder,
+            events: totals.events,
+            dashpot_evaluations: totals.dashpots,
+            horn_evaluations: totals.horn,
+            holder_evaluations: totals.holder,
             ..SolverWork::default()
         };
         disc.count(&mut work);
@@ -220,13 +220,13 @@ impl DiscSupport {
             true => (Some(disc_j), disc.work_on_water()),
             false => (None, disc.work_on_water() + preload * disc.pole_displacement()),
         };
-        let balance = books.balance;
+        let balance = totals.balance;
         let chain_j = balance.kinetic + balance.stored + balance.dissipated;
         let held = chain_j + disc_j.unwrap_or(0.0) + water_j + balance.lost();
         let residual_j = balance.initial + balance.piston_work - held;
         let energy = EnergyLedger { disc_j, water_j: Some(water_j), residual_j, ..balance.ledger() };
         let mut response = columns.response(scene.output_step, None, ObservedPoint::Pole, energy, work);
-        heard.enter(self.disc.shape(), self.water.as_ref(), &mut response);
+        water_record.enter(self.disc.shape(), self.water.as_ref(), &mut response);
         Ok(response)
     }
 

@@ -39,11 +39,6 @@ impl UnitResponse {
         out
     }
 
-    /// Pressure at field point `point` under the forces F(n Δ) (N), Pa: a discrete convolution.
-    pub fn pressure_under(&self, point: usize, forces: &[f64]) -> Vec<f64> {
-        convolve(&self.pressure[point], forces)
-    }
-
     /// The recorded disc, at rest, for a run of at most as many steps as there are values.
     pub(crate) fn played(&self) -> Played<'_> {
         Played {
@@ -56,11 +51,6 @@ impl UnitResponse {
             terms: 0,
         }
     }
-}
-
-fn convolve(response: &[f64], forces: &[f64]) -> Vec<f64> {
-    let sum = |n: usize| response.iter().take(n + 1).enumerate().map(|(m, value)| value * forces[n - m]).sum();
-    (0..forces.len()).map(sum).collect()
 }
 
 /// A recorded disc under way: every value is a sum over the forces so far, those of open contacts left out.

@@ -46,13 +46,13 @@ pub(crate) struct Contacts {
     /// Of piston, beads, support: N + 2; the piston's is that of a horn that gives way, whose displacement a force feels a step later.
     pub mobilities: Vec<Mobility>,
     /// What the last dashpot stands on, if it moves without being a body of the chain.
-    pub behind: Behind,
+    pub dashpot_base: DashpotBase,
     pub tension: bool,
 }
 
 /// What the last dashpot stands on, such as a disc on water in its lowest modes; its prediction is that of slot N + 1.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Behind {
+pub(crate) struct DashpotBase {
     /// How a unit force on it moves every point of the last contact away over a step, and a unit force there moves it, m/N; empty for a support
     /// that does not move.
     pub coupling: Vec<f64>,
@@ -60,7 +60,7 @@ pub(crate) struct Behind {
     pub mobility: [f64; 2],
 }
 
-impl Behind {
+impl DashpotBase {
     fn as_mobility(&self) -> Mobility {
         let [displacement, velocity] = self.mobility;
         Mobility { displacement, velocity }
@@ -249,7 +249,7 @@ impl Contacts {
         }
         if c + 1 == self.links.len() {
             let damping = states[c].damping;
-            gaps.iter_mut().zip(&self.behind.coupling).for_each(|(gap, share)| *gap += share * damping);
+            gaps.iter_mut().zip(&self.dashpot_base.coupling).for_each(|(gap, share)| *gap += share * damping);
         }
         let ContactState { forces, gaps: final_gaps, pressing, .. } = &mut states[c];
         let solved = compliance
@@ -284,17 +284,17 @@ impl Contacts {
         }
         // Overlap and rate without this dashpot's own force: it must not switch itself.
         let own = states[c].damping;
-        let is_behind = c + 1 == self.links.len() && !self.behind.coupling.is_empty();
+        let on_base = c + 1 == self.links.len() && !self.dashpot_base.coupling.is_empty();
         let (before, after) =
-            (self.mobilities[c], if is_behind { self.behind.as_mobility() } else { self.mobilities[c + 1] });
+            (self.mobilities[c], if on_base { self.dashpot_base.as_mobility() } else { self.mobilities[c + 1] });
         // Of both sides, with all forces.
         let motion = |free: RigidPrediction, mobility: Mobility, net: f64| RigidPrediction {
             displacement: free.displacement + mobility.displacement * net,
             velocity: free.velocity + mobility.velocity * net,
         };
         let near = motion(rigid[c], before, self.net(c, states));
-        let far = if is_behind {
-            motion(self.behind.under(&rigid[c + 1], &states[c].forces), after, own)
+        let far = if on_base {
+            motion(self.dashpot_base.under(&rigid[c + 1], &states[c].forces), after, own)
         } else {
             motion(rigid[c + 1], after, self.net(c + 1, states))
         };
@@ -345,7 +345,7 @@ mod tests {
             compliances: vec![Compliance::new(vec![1e-7], 1, Ordering::Prefix).unwrap()],
             couplings: vec![vec![-3e-8]],
             mobilities: vec![Mobility::default(), MOBILITY, Mobility::default()],
-            behind: Behind::default(),
+            dashpot_base: DashpotBase::default(),
             tension,
         }
     }

@@ -1,7 +1,7 @@
 //! Frictionless unilateral contact, by Lagrange multipliers at all surface nodes.
 
-pub mod chain;
-pub mod complementarity;
-pub mod face;
-pub mod pair;
-pub mod ring;
+pub(crate) mod chain;
+pub(crate) mod complementarity;
+pub(crate) mod face;
+pub(crate) mod pair;
+pub(crate) mod ring;

@@ -1,8 +1,8 @@
 //! How a run is computed.
 
 use crate::scene::{
-    ContactLaw, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_TOLERANCE, DEFAULT_WATER_STEP, FeaSettings, Integrator,
-    Limits, ModelKind, ModelSettings, ReducedSettings, Scheme,
+    ContactLaw, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_TOLERANCE, DEFAULT_WATER_STEP, Elements, FeaSettings,
+    Integrator, Limits, ModelKind, ModelSettings, ReducedSettings, Scheme,
     condition::{CHAIN_INTEGRATORS, FEA_INTEGRATORS},
     error::SceneError,
     key::Bound,
@@ -26,10 +26,8 @@ pub(super) fn settings(
         limits: Limits::default(),
     };
     if contact_law(reader)? == ContactLaw::FiniteBody {
-        let default = FeaSettings::default();
-        let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
-        let (elements, contact_patch) = (reader.word("model.elements")?, contact_patch(reader)?);
-        settings.fea = FeaSettings { density, elements, contact_patch, ..default };
+        let (density, elements, contact_patch) = mesh(reader, settings.fea.density)?;
+        settings.fea = FeaSettings { density, elements, contact_patch, ..settings.fea };
     }
     let has_disc = reader.text("support.kind")? == Some("disc");
     if kind == ModelKind::Fea {
@@ -63,9 +61,7 @@ fn fea(
     (default_step, output_step): (f64, f64),
     notes: &mut Vec<String>,
 ) -> Result<FeaSettings, SceneError> {
-    let default = FeaSettings::default();
-    let density = reader.count("model.mesh_density")?.unwrap_or(default.density);
-    let elements = reader.word("model.elements")?;
+    let (density, elements, contact_patch) = mesh(reader, FeaSettings::default().density)?;
     let contact_mass = reader.word("model.contact_mass")?;
     let dissipation = |bound| {
         let key = "model.numerical_dissipation";
@@ -80,17 +76,19 @@ fn fea(
     let step = reader.given("model.step")?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
     let step = dividing(step, output_step, notes);
-    let contact_patch = contact_patch(reader)?;
     Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
 }
 
-fn contact_patch(reader: &Reader<'_>) -> Result<f64, SceneError> {
+/// Mesh density, elements and contact patch of meshed bodies.
+fn mesh(reader: &Reader<'_>, default_density: u32) -> Result<(u32, Elements, f64), SceneError> {
+    let density = reader.count("model.mesh_density")?.unwrap_or(default_density);
+    let elements = reader.word("model.elements")?;
     let key = "model.contact_patch";
     let patch = reader.number(key)?;
     if patch > 0.5 {
         return Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()));
     }
-    Ok(patch)
+    Ok((density, elements, patch))
 }
 
 /// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.
@@ -119,13 +117,9 @@ fn reduced(
     let default = ReducedSettings::default();
     let step = reader.given("model.step")?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
-    Ok(ReducedSettings {
-        density: reader.count("model.mesh_density")?.unwrap_or(default.density),
-        elements: reader.word("model.elements")?,
-        contact_patch: contact_patch(reader)?,
-        step: dividing(step, output_step, notes),
-        modes: reader.count("model.modes")?.unwrap_or(default.modes),
-    })
+    let (density, elements, contact_patch) = mesh(reader, default.density)?;
+    let modes = reader.count("model.modes")?.unwrap_or(default.modes);
+    Ok(ReducedSettings { density, elements, contact_patch, step: dividing(step, output_step, notes), modes })
 }
 
 pub(super) fn contact_law(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {

@@ -53,8 +53,8 @@ impl Waves {
                     distance: point.distance,
                     hemisphere: mesh.radius,
                 })?;
-                let heard = found.into_iter().map(|(node, weight)| (acoustics.unknown[node as usize], weight));
-                Ok(heard.filter(|&(place, _)| place != super::assembly::NOWHERE).collect())
+                let interpolated = found.into_iter().map(|(node, weight)| (acoustics.unknown[node as usize], weight));
+                Ok(interpolated.filter(|&(place, _)| place != super::assembly::NOWHERE).collect())
             })
             .collect::<Result<Vec<_>, ElementsError>>()?;
         Ok(Self {

@@ -106,32 +106,6 @@ pub fn soft_far_field(
     angles.iter().map(at).collect()
 }
 
-/// Complex amplitude of the pressure (Pa) on the axis at the distance z > 0 (m), of the same face.
-pub fn soft_on_axis(
-    (radii, amplitudes): (&[f64], &[c64]),
-    water: &Water,
-    distance: f64,
-    angular_frequency: f64,
-) -> c64 {
-    let wave_number = angular_frequency / water.sound_speed;
-    let rule = gauss_legendre(8);
-    let pieces = radii.windows(2).zip(amplitudes.windows(2));
-    pieces
-        .flat_map(|(ends, values)| {
-            let length = ends[1] - ends[0];
-            rule.iter().map(move |&(x, weight)| {
-                let radius = ends[0] + x * length;
-                let range = distance.hypot(radius);
-                let (sine, cosine) = (wave_number * range).sin_cos();
-                let spread = c64::new(1.0 / range, wave_number) * c64::new(cosine, -sine);
-                (values[0] * (1.0 - x) + values[1] * x)
-                    * spread
-                    * (weight * length * radius * distance / (range * range))
-            })
-        })
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -150,13 +124,6 @@ mod tests {
             let shape = if x == 0.0 { 0.5 } else { libm::j1(x) / x };
             let exact = 2.0 * k * a * a * shape * angle.cos();
             assert!((found.im - exact).abs() < 1e-9 * k * a * a && found.re.abs() < 1e-15, "{angle}: {found} {exact}");
-        }
-        // On the axis the integral is −z/R e^{−ikR} between its ends.
-        for z in [0.05e-3, 1e-3, 30e-3_f64] {
-            let end = |range: f64| c64::new((k * range).cos(), -(k * range).sin()) * (2.0 * z / range);
-            let exact = end(z) - end(z.hypot(a));
-            let found = soft_on_axis((&radii, &amplitudes), &water, z, omega);
-            assert!((found - exact).norm() < 1e-6, "{z}: {found} {exact}");
         }
     }
 

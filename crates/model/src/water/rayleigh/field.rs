@@ -90,7 +90,7 @@ impl Radiator<'_> {
         angular_frequency: f64,
     ) -> Result<Vec<c64>, FieldPointError> {
         let factor = c64::new(0.0, angular_frequency);
-        let heard = self.memory_at(water, point.checked()?);
-        Ok(heard.spectrum(angular_frequency).into_iter().map(|value| factor * value).collect())
+        let memory = self.memory_at(water, point.checked()?);
+        Ok(memory.spectrum(angular_frequency).into_iter().map(|value| factor * value).collect())
     }
 }

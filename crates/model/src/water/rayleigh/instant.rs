@@ -3,8 +3,6 @@
 //! p(x, t) = Σ_k ∫ h_k(τ) v̇_k(t − τ) dτ with the kernels of [`super::field`], by Gauss–Legendre quadrature in the angle of each piece. On a
 //! clock the cost of a point is that of every step; here it is that of the instants asked for, which is what a map of many points needs.
 
-use std::f64::consts::PI;
-
 use super::{
     field::{FieldPoint, FieldPointError},
     radiation::Radiator,
@@ -25,10 +23,6 @@ impl InstantRule {
         let cells = (2.0 * radius / (water.sound_speed * resolution)).min(1e4);
         Self { rule: gauss_legendre(LEAST_POINTS + cells as usize) }
     }
-
-    pub fn doubled(&self) -> Self {
-        Self { rule: gauss_legendre(2 * self.rule.len()) }
-    }
 }
 
 impl Radiator<'_> {
@@ -43,22 +37,16 @@ impl Radiator<'_> {
         rule: &InstantRule,
         accelerations: &dyn Fn(f64, &mut [f64]),
     ) -> Result<Vec<f64>, FieldPointError> {
-        let heard = self.memory_at(water, point.checked()?);
-        let count = self.shapes.len();
-        let (mut kernel, mut motion) = (vec![0.0; count], vec![0.0; count]);
+        let memory = self.memory_at(water, point.checked()?);
+        let mut motion = vec![0.0; self.shapes.len()];
         let mut pressure = vec![0.0; times.len()];
-        for piece in heard.breaks.windows(2) {
-            let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-            for &(x, weight) in &rule.rule {
-                let (sine, cosine) = (PI * x).sin_cos();
-                let tau = middle - half * cosine;
-                (heard.kernel)(tau, &mut kernel);
+        for piece in memory.breaks.windows(2) {
+            memory.over(piece[0], piece[1], &rule.rule, |tau, weight, kernel| {
                 for (sum, time) in pressure.iter_mut().zip(times) {
                     accelerations(time - tau, &mut motion);
-                    let product: f64 = kernel.iter().zip(&motion).map(|(h, a)| h * a).sum();
-                    *sum += weight * PI * half * sine * product;
+                    *sum += weight * kernel.iter().zip(&motion).map(|(h, a)| h * a).sum::<f64>();
                 }
-            }
+            });
         }
         Ok(pressure)
     }

@@ -23,7 +23,7 @@ pub(super) struct Memory<F: Fn(f64, &mut [f64])> {
 
 impl<F: Fn(f64, &mut [f64])> Memory<F> {
     /// Σ over the points of (from, to) of weight × (τ, h(τ)).
-    fn over(&self, from: f64, to: f64, rule: &[(f64, f64)], mut add: impl FnMut(f64, f64, &[f64])) {
+    pub(super) fn over(&self, from: f64, to: f64, rule: &[(f64, f64)], mut add: impl FnMut(f64, f64, &[f64])) {
         let mut values = vec![0.0; self.width];
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         for &(x, weight) in rule {

@@ -1,4 +1,4 @@
-//! The disc in its modes on the water, in frequency and in time.
+//! The disc in its modes on the water, stepped in time.
 //!
 //! With u_z(back) = Σ φ_k q_k, mass-normalised, a contact force F at the pole of the front and the water's force −f:
 //!
@@ -9,8 +9,7 @@
 //! In time: the trapezoidal rule, the kernel on the same clock, the modes coupled by H(0) within a step. What the modes leave out of the
 //! pole's flexibility, C_s − Σ φ_k(0)²/ω_k², belongs to the contact that pushes.
 
-use faer::{Mat, c64, linalg::solvers::Solve as _};
-use nalgebra::{DMatrix, SymmetricEigen};
+use faer::{Mat, linalg::solvers::Solve as _};
 use std::f64::consts::TAU;
 
 use super::{
@@ -23,58 +22,6 @@ use crate::{
     water::{OnWater, Water, disc::DiscModes},
 };
 
-/// Frequencies of the disc with incompressible water on its back, Hz, ascending: (1 + m) q̈ + Λ q = 0 with the added mass m of
-/// [`Radiator::added_mass`].
-pub fn wet_frequencies(radius: f64, modes: &DiscModes, water: &Water) -> Vec<f64> {
-    let count = modes.frequencies.len();
-    let added = Radiator::of_modes(radius, &modes.back).added_mass(water);
-    let mass = DMatrix::from_fn(count, count, |j, k| added[j * count + k] + f64::from(u8::from(j == k)));
-    let stiffness =
-        DMatrix::from_fn(count, count, |j, k| if j == k { (TAU * modes.frequencies[j]).powi(2) } else { 0.0 });
-    // With mass = V M Vᵀ: frequencies of M^-½ Vᵀ Λ V M^-½.
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(mass);
-    let scale = DMatrix::from_diagonal(&eigenvalues.map(|value| 1.0 / value.sqrt()));
-    let reduced = &scale * eigenvectors.transpose() * stiffness * &eigenvectors * &scale;
-    let mut squares: Vec<f64> = SymmetricEigen::new(reduced).eigenvalues.iter().copied().collect();
-    squares.sort_by(f64::total_cmp);
-    squares.into_iter().map(|square| square.max(0.0).sqrt() / TAU).collect()
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Harmonic {
-    /// Amplitudes q_k of the modes, m·√kg/N.
-    pub modal: Vec<c64>,
-    /// Displacement of the pole without the indentation, m/N.
-    pub pole: c64,
-    /// Pressure at the field point, Pa/N.
-    pub pressure: c64,
-}
-
-/// Answer of the disc on the water to F = 1 N e^{iωt} at the pole.
-pub fn harmonic(
-    radius: f64,
-    modes: &DiscModes,
-    water: &Water,
-    point: FieldPoint,
-    angular_frequency: f64,
-) -> Result<Harmonic, FieldPointError> {
-    let (count, omega) = (modes.frequencies.len(), angular_frequency);
-    let radiator = Radiator::of_modes(radius, &modes.back);
-    let impedance = radiator.impedance(water, omega);
-    let rate = c64::new(0.0, omega);
-    let dynamic = Mat::from_fn(count, count, |j, k| {
-        let own = (TAU * modes.frequencies[j]).powi(2) - omega * omega;
-        rate * impedance[j * count + k] + if j == k { own } else { 0.0 }
-    });
-    let load = Mat::from_fn(count, 1, |k, _| c64::new(modes.pole[k], 0.0));
-    let solution = dynamic.partial_piv_lu().solve(load);
-    let modal: Vec<c64> = (0..count).map(|k| solution[(k, 0)]).collect();
-    let heard = radiator.pressure_spectrum(water, point, omega)?;
-    let pole = modal.iter().zip(&modes.pole).map(|(q, shape)| q * *shape).sum();
-    let pressure = modal.iter().zip(&heard).map(|(q, heard)| rate * q * heard).sum();
-    Ok(Harmonic { modal, pole, pressure })
-}
-
 #[derive(Debug, Clone)]
 pub struct WetDisc {
     step: f64,
@@ -84,7 +31,7 @@ pub struct WetDisc {
     back: Vec<f64>,
     modes: usize,
     kernel: RadiationKernel,
-    heard: Vec<Vec<f64>>,
+    pressure_kernels: Vec<Vec<f64>>,
     /// (2/Δ + Λ Δ/2 + W₀)⁻¹, row by row.
     inverse: Vec<f64>,
     /// Displacement of the pole at the end of a step for a unit force there, m/N.
@@ -118,7 +65,7 @@ impl WetDisc {
         // Nothing pushes back in a vacuum: no kernel, and no memory of the past.
         let kernel =
             if water.density > 0.0 { radiator.kernel(water, step) } else { RadiationKernel::none(count, step) };
-        let heard =
+        let pressure_kernels =
             points.iter().map(|&point| radiator.pressure_kernel(water, point, step)).collect::<Result<Vec<_>, _>>()?;
         let squares: Vec<f64> = modes.frequencies.iter().map(|frequency| (TAU * frequency).powi(2)).collect();
         let matrix = Mat::from_fn(count, count, |j, k| {
@@ -128,7 +75,11 @@ impl WetDisc {
         let inverse: Vec<f64> = (0..count * count).map(|i| solved[(i / count, i % count)]).collect();
         let pushed = inverse.chunks_exact(count).zip(&modes.pole).map(|(row, own)| own * dot(row, &modes.pole));
         let compliance = 0.5 * step * pushed.sum::<f64>();
-        let rows = heard.iter().map(|heard| heard.len() / count).chain([kernel.cells()]).fold(1, usize::max);
+        let rows = pressure_kernels
+            .iter()
+            .map(|pressure_kernels| pressure_kernels.len() / count)
+            .chain([kernel.cells()])
+            .fold(1, usize::max);
         let zeros = vec![0.0; count];
         Ok(Self {
             step,
@@ -137,7 +88,7 @@ impl WetDisc {
             back: modes.back.iter().map(|shape| shape.at(0.0)).collect(),
             modes: modes.modes,
             kernel,
-            heard,
+            pressure_kernels,
             inverse,
             compliance,
             displacement: zeros.clone(),
@@ -266,7 +217,7 @@ impl OnWater for WetDisc {
     fn pressure(&self, point: usize) -> f64 {
         let count = self.pole.len();
         let rows = self.increments.len() / count;
-        let cells = self.heard[point].chunks_exact(count).enumerate();
+        let cells = self.pressure_kernels[point].chunks_exact(count).enumerate();
         cells
             .map(|(cell, weights)| {
                 let place = (self.newest + rows - cell) % rows;

@@ -159,17 +159,4 @@ impl RadiationKernel {
         let size = self.count * self.count;
         &self.weights[cell * size..(cell + 1) * size]
     }
-
-    /// Impedance of the kernel on its clock, (1 − e^{−iωΔ}) Σ W_m e^{−iωmΔ}, row by row. It feeds no energy into the disc if its real part
-    /// is positive semi-definite up to ωΔ = π.
-    pub fn impedance(&self, angular_frequency: f64) -> Vec<c64> {
-        let turn = |angle: f64| c64::new(angle.cos(), -angle.sin());
-        let mut out = vec![c64::new(0.0, 0.0); self.count * self.count];
-        for cell in 0..self.cells() {
-            let phase = turn(angular_frequency * self.step * cell as f64);
-            out.iter_mut().zip(self.cell(cell)).for_each(|(sum, weight)| *sum += phase * *weight);
-        }
-        let difference = c64::new(1.0, 0.0) - turn(angular_frequency * self.step);
-        out.into_iter().map(|sum| difference * sum).collect()
-    }
 }

@@ -51,7 +51,7 @@ impl Slip {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct State<'a> {
+pub(super) struct EffectState<'a> {
     effects: &'a Effects,
     contacts: Vec<Option<Contact>>,
     /// One a bead; none where friction is regularised or absent.
@@ -68,9 +68,9 @@ pub(super) struct State<'a> {
 }
 
 impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
-    pub(super) fn begin_beyond(&mut self) {
+    pub(super) fn begin_effects(&mut self) {
         let system = self.system;
-        let Some(effects) = system.effects.as_ref().filter(|_| L::IS_BEYOND) else { return };
+        let Some(effects) = system.effects.as_ref().filter(|_| L::HAS_EFFECTS) else { return };
         let force = system.precompression;
         let mut contacts = vec![None; system.beads + 1];
         for (contact, law) in effects.yielding.iter().enumerate() {
@@ -82,7 +82,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             contacts[contact] = Some(Contact { law, elastic_to, yields_since: None });
         }
         let sticks = effects.rubs().is_some_and(|holder| holder.slip_velocity == 0.0);
-        self.beyond = Some(State {
+        self.acting = Some(EffectState {
             effects,
             contacts,
             slips: vec![Slip::Stuck(0.0); if sticks { system.beads } else { 0 }],
@@ -98,8 +98,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Add q and q̇ of the horn to the piston's slots, which hold its free motion.
     #[inline(always)]
-    pub(super) fn give_way(&self, state: &mut [f64]) {
-        if L::IS_BEYOND {
+    pub(super) fn add_horn_motion(&self, state: &mut [f64]) {
+        if L::HAS_EFFECTS {
             let tail = 2 * self.system.padded;
             state[0] += state[tail + place::HORN[0]];
             state[self.system.padded] += state[tail + place::HORN[1]];
@@ -109,46 +109,46 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// Take up the relaxation of a state whose forces are asked for.
     #[inline(always)]
     pub(super) fn relax(&mut self, state: &[f64], instant: Option<Instant>) {
-        if let Some(beyond) = self.beyond.as_mut().filter(|_| L::IS_BEYOND) {
+        if let Some(acting) = self.acting.as_mut().filter(|_| L::HAS_EFFECTS) {
             let force = state[2 * self.system.padded + place::RELAXING];
             match instant {
-                Some(instant) => beyond.instants[instant as usize] = force,
-                None => beyond.relaxing = force,
+                Some(instant) => acting.instants[instant as usize] = force,
+                None => acting.relaxing = force,
             }
         }
     }
 
     /// Force of the relaxation within the step, N.
     pub(super) fn relax_within(&mut self, force: f64) {
-        if let Some(beyond) = &mut self.beyond {
-            beyond.instants[Instant::Within as usize] = force;
+        if let Some(acting) = &mut self.acting {
+            acting.instants[Instant::Within as usize] = force;
         }
     }
 
     /// Force of the relaxation at an instant of the step, N: of the last contact only.
     #[inline(always)]
     pub(super) fn relaxation(&self, instant: Instant, contact: usize) -> f64 {
-        match &self.beyond {
-            Some(beyond) if L::IS_BEYOND && contact == self.system.beads => beyond.instants[instant as usize],
+        match &self.acting {
+            Some(acting) if L::HAS_EFFECTS && contact == self.system.beads => acting.instants[instant as usize],
             _ => 0.0,
         }
     }
 
     #[inline(always)]
     pub(super) fn relaxes(&self, contact: usize) -> bool {
-        let relaxes = |beyond: &State<'_>| beyond.effects.relaxation.is_some();
-        L::IS_BEYOND && contact == self.system.beads && self.beyond.as_ref().is_some_and(relaxes)
+        let relaxes = |acting: &EffectState<'_>| acting.effects.relaxation.is_some();
+        L::HAS_EFFECTS && contact == self.system.beads && self.acting.as_ref().is_some_and(relaxes)
     }
 
     /// Whether a contact yields at present: its elastic law is off then.
     pub(super) fn yields(&self, contact: usize) -> bool {
-        let yields = |beyond: &State<'_>| beyond.contacts[contact].is_some_and(|own| own.yields_since.is_some());
-        L::IS_BEYOND && self.beyond.as_ref().is_some_and(yields)
+        let yields = |acting: &EffectState<'_>| acting.contacts[contact].is_some_and(|own| own.yields_since.is_some());
+        L::HAS_EFFECTS && self.acting.as_ref().is_some_and(yields)
     }
 
     /// Force of a contact without its dashpot, N.
     pub(super) fn pressing(&self, contact: usize, overlap: f64) -> f64 {
-        match self.beyond.as_ref().filter(|_| L::IS_BEYOND).and_then(|beyond| beyond.contacts[contact]) {
+        match self.acting.as_ref().filter(|_| L::HAS_EFFECTS).and_then(|acting| acting.contacts[contact]) {
             Some(Contact { law, yields_since: Some((from, force)), .. }) => force + law.slope() * (overlap - from),
             _ => self.laws[contact].force(overlap),
         }
@@ -156,18 +156,18 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Add the forces of contacts that yield, and of the relaxation, to those evaluated.
     #[inline(always)]
-    pub(super) fn add_beyond(&mut self, u: &[f64]) {
-        let Some(beyond) = &self.beyond else { return };
-        for (contact, own) in beyond.contacts.iter().enumerate() {
+    pub(super) fn add_effect_forces(&mut self, u: &[f64]) {
+        let Some(acting) = &self.acting else { return };
+        for (contact, own) in acting.contacts.iter().enumerate() {
             if let Some(Contact { law, yields_since: Some((from, force)), .. }) = own {
                 let overlap = self.offset[contact] + u[contact] - u[contact + 1];
                 self.force[contact] += force + law.slope() * (overlap - from);
             }
         }
-        self.force[self.system.beads] += self.support_pressed * beyond.relaxing;
+        self.force[self.system.beads] += self.support_pressed * acting.relaxing;
     }
 
-    pub(super) fn evaluate_beyond(
+    pub(super) fn evaluate_with_effects(
         &mut self,
         weight: f64,
         piston: (f64, f64),
@@ -176,7 +176,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     ) {
         let (padded, beads) = (self.system.padded, self.system.beads);
         (state[0], state[padded]) = piston;
-        self.give_way(state);
+        self.add_horn_motion(state);
         self.relax(state, None);
         let (u, rest) = state.split_at(padded);
         let (v, tail) = rest.split_at(padded);
@@ -184,23 +184,23 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         let (du, rest) = derivative.split_at_mut(padded);
         let (dv, work) = rest.split_at_mut(padded);
         let force = &self.force;
-        let Some(beyond) = self.beyond.as_mut() else { return };
-        beyond.evaluations += 1;
+        let Some(acting) = self.acting.as_mut() else { return };
+        acting.evaluations += 1;
         let (mut dragged, mut rubbed) = (0.0, 0.0);
         for i in 1..=beads {
             let mut net = force[i - 1] - force[i];
             let mut speed = v[i];
-            if let Some(holder) = &beyond.effects.holder {
+            if let Some(holder) = &acting.effects.holder {
                 net -= holder.drag * speed;
                 dragged += holder.drag * speed * speed;
-                let against = match beyond.slips.get(i - 1) {
+                let against = match acting.slips.get(i - 1) {
                     Some(Slip::Stuck(_)) => {
                         (net, speed) = (0.0, 0.0);
                         0.0
                     }
-                    Some(slip) => slip.sign() * beyond.effects.friction(force, i),
+                    Some(slip) => slip.sign() * acting.effects.friction(force, i),
                     None if holder.slip_velocity > 0.0 => {
-                        beyond.effects.friction(force, i) * (speed / holder.slip_velocity).tanh()
+                        acting.effects.friction(force, i) * (speed / holder.slip_velocity).tanh()
                     }
                     None => 0.0,
                 };
@@ -218,16 +218,16 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         work[1] = weight * lost;
         work[place::DRAG] = weight * dragged;
         work[place::FRICTION] = weight * rubbed;
-        if let Some(horn) = &beyond.effects.horn {
+        if let Some(horn) = &acting.effects.horn {
             let [q, rate] = place::HORN.map(|place| tail[place]);
             let resistance = horn.resistance();
-            let pushed = beyond.precompression - force[0] - resistance * rate - horn.stiffness() * q;
+            let pushed = acting.precompression - force[0] - resistance * rate - horn.stiffness() * q;
             work[place::HORN[0]] = weight * rate;
             work[place::HORN[1]] = weight * pushed / horn.mass;
             work[place::HORN_LOST] = weight * resistance * rate * rate;
             work[place::SOURCE] = weight * force[0] * piston.1;
         }
-        if let Some(relaxation) = &beyond.effects.relaxation {
+        if let Some(relaxation) = &acting.effects.relaxation {
             let overlap = self.offset[beads] + u[beads] - u[beads + 1];
             let rate = v[beads] - v[beads + 1];
             let stiffness = if overlap > 0.0 { self.support.tangent_stiffness(overlap) } else { 0.0 };
@@ -239,25 +239,25 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
 
     /// Force of the contacts on the bead in a slot and the most that friction holds, N, as last evaluated.
     fn pushed(&self, slot: usize) -> (f64, f64) {
-        let most = self.beyond.as_ref().map_or(0.0, |beyond| beyond.effects.friction(&self.force, slot));
+        let most = self.acting.as_ref().map_or(0.0, |acting| acting.effects.friction(&self.force, slot));
         (self.force[slot - 1] - self.force[slot], most)
     }
 
     /// Let go of beads that the contacts push harder than friction holds, in the state at the start of a step.
-    pub(super) fn let_go(&mut self, state: &[f64], resolution: &Resolution) {
-        if self.beyond.as_ref().is_none_or(|beyond| !L::IS_BEYOND || beyond.slips.is_empty()) {
+    pub(super) fn release_beads(&mut self, state: &[f64], resolution: &Resolution) {
+        if self.acting.as_ref().is_none_or(|acting| !L::HAS_EFFECTS || acting.slips.is_empty()) {
             return;
         }
         self.evaluate_at(state);
         for bead in 0..self.system.beads {
             let (net, most) = self.pushed(bead + 1);
-            let Some(beyond) = &mut self.beyond else { return };
+            let Some(acting) = &mut self.acting else { return };
             let moves = state[self.system.padded + bead + 1];
-            let Slip::Stuck(more) = beyond.slips[bead] else { continue };
+            let Slip::Stuck(more) = acting.slips[bead] else { continue };
             let most = most + more;
             if moves != 0.0 || net.abs() > most + resolution.force {
-                beyond.slips[bead] = Slip::along(if moves == 0.0 { net } else { moves });
-                beyond.work.friction_turns += 1;
+                acting.slips[bead] = Slip::along(if moves == 0.0 { net } else { moves });
+                acting.work.friction_turns += 1;
             }
         }
     }
@@ -283,14 +283,14 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     fn slips(&self) -> &[Slip] {
-        self.beyond.as_ref().map_or(&[], |beyond| &beyond.slips)
+        self.acting.as_ref().map_or(&[], |acting| &acting.slips)
     }
 
     fn turn_within(&self, turn: usize, start: &[f64], end: &[f64], clock: &Clock, resolution: &Resolution) -> Crossing {
         let padded = self.system.padded;
         let sure = |holds: bool| if holds { Crossing::Sure } else { Crossing::None };
         let Some(bead) = turn.checked_sub(self.system.beads + 1) else {
-            let contact = self.beyond.as_ref().and_then(|beyond| beyond.contacts[turn]);
+            let contact = self.acting.as_ref().and_then(|acting| acting.contacts[turn]);
             let Some(own) = contact.filter(|_| self.modes[turn] == Mode::Pressed) else { return Crossing::None };
             let of = |state: &[f64]| {
                 (
@@ -357,16 +357,16 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         sigma: f64,
     ) -> (f64, f64) {
         let padded = self.system.padded;
-        let Some(mut within) = self.beyond.as_mut().map(|beyond| std::mem::take(&mut beyond.within)) else {
+        let Some(mut within) = self.acting.as_mut().map(|acting| std::mem::take(&mut acting.within)) else {
             return (1.0, 0.0);
         };
         stepper.values(sigma, &mut within);
         let state = within.as_flattened_mut();
         (state[0], state[padded]) = motion.at(clock.at(sigma));
-        self.give_way(state);
+        self.add_horn_motion(state);
         let rate = |state: &[f64]| state[padded + turn] - state[padded + turn + 1];
         let margin = match turn.checked_sub(self.system.beads + 1) {
-            None => match self.beyond.as_ref().and_then(|beyond| beyond.contacts[turn]) {
+            None => match self.acting.as_ref().and_then(|acting| acting.contacts[turn]) {
                 Some(Contact { yields_since: Some(_), .. }) => (rate(state), 0.0),
                 Some(Contact { elastic_to, .. }) => {
                     (PRESSED_HARDER * elastic_to - self.overlap(turn, state), -rate(state))
@@ -382,8 +382,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
                 slip => (slip.sign() * state[padded + bead + 1], 0.0),
             },
         };
-        if let Some(beyond) = &mut self.beyond {
-            beyond.within = within;
+        if let Some(acting) = &mut self.acting {
+            acting.within = within;
         }
         margin
     }
@@ -398,30 +398,30 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         }
         self.evaluate_at(state);
         let (net, most) = self.pushed(bead + 1);
-        let Some(beyond) = &mut self.beyond else { return };
-        beyond.slips[bead] = if sliding && net.abs() <= most + resolution.force {
+        let Some(acting) = &mut self.acting else { return };
+        acting.slips[bead] = if sliding && net.abs() <= most + resolution.force {
             Slip::Stuck(0.0)
         } else if sliding && at_once {
             Slip::Stuck(net.abs() - most)
         } else {
             Slip::along(net)
         };
-        beyond.work.friction_turns += 1;
+        acting.work.friction_turns += 1;
     }
 
     fn turn_contact(&mut self, contact: usize, state: &[f64]) {
         let overlap = self.overlap(contact, state);
         let mode = self.modes[contact];
-        let Some(beyond) = &mut self.beyond else { return };
-        let Some(own) = &mut beyond.contacts[contact] else { return };
+        let Some(acting) = &mut self.acting else { return };
+        let Some(own) = &mut acting.contacts[contact] else { return };
         match own.yields_since {
             None => {
                 own.yields_since = Some((own.elastic_to, self.laws[contact].force(own.elastic_to)));
-                beyond.work.yields += 1;
+                acting.work.yields += 1;
             }
             Some(since) => {
                 let (law, elastic_to, lost) = unload(&own.law, &self.laws[contact], since, overlap);
-                beyond.yielded += lost;
+                acting.yielded += lost;
                 *own = Contact { elastic_to, yields_since: None, ..*own };
                 self.laws[contact] = law;
                 self.offset[contact] += elastic_to - overlap;
@@ -431,11 +431,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     /// Elastic energy of every contact in a state, J; a contact that yields gives back what it would when unloaded.
-    pub(super) fn stored_beyond(&self, u: &[f64]) -> f64 {
+    pub(super) fn stored_with_effects(&self, u: &[f64]) -> f64 {
         (0..=self.system.beads)
             .map(|contact| {
                 let overlap = self.overlap(contact, u);
-                match self.beyond.as_ref().and_then(|beyond| beyond.contacts[contact]) {
+                match self.acting.as_ref().and_then(|acting| acting.contacts[contact]) {
                     Some(Contact { law, yields_since: Some(since), .. }) => {
                         let (law, elastic_to, _) = unload(&law, &self.laws[contact], since, overlap);
                         law.energy(elastic_to)
@@ -447,20 +447,20 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     pub(super) fn channels(&self, state: &[f64]) -> Option<Channels> {
-        let beyond = self.beyond.as_ref().filter(|_| L::IS_BEYOND)?;
+        let acting = self.acting.as_ref().filter(|_| L::HAS_EFFECTS)?;
         let tail = &state[2 * self.system.padded..];
         let yielding = (0..=self.system.beads).filter_map(|contact| {
-            let own = beyond.contacts[contact]?;
+            let own = acting.contacts[contact]?;
             Some(unload(&own.law, &self.laws[contact], own.yields_since?, self.overlap(contact, state)).2)
         });
         let [q, rate] = place::HORN.map(|place| tail[place]);
-        let horn_j = beyond.effects.horn.map_or(0.0, |horn| {
-            0.5 * horn.mass * rate * rate + 0.5 * horn.stiffness() * q * q - beyond.precompression * q
+        let horn_j = acting.effects.horn.map_or(0.0, |horn| {
+            0.5 * horn.mass * rate * rate + 0.5 * horn.stiffness() * q * q - acting.precompression * q
         });
         Some(Channels {
             drag_j: tail[place::DRAG],
             friction_j: tail[place::FRICTION],
-            yielding_j: beyond.yielded + yielding.sum::<f64>(),
+            yielding_j: acting.yielded + yielding.sum::<f64>(),
             material_j: tail[place::RELAXED],
             source_work_j: tail[place::SOURCE],
             horn_j,
@@ -469,14 +469,14 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     }
 
     pub(super) fn counts(&self) -> SolverWork {
-        let Some(beyond) = self.beyond.as_ref().filter(|_| L::IS_BEYOND) else { return SolverWork::default() };
-        let effects = beyond.effects;
-        let count = |is_there: bool, each: usize| if is_there { beyond.evaluations * each as u64 } else { 0 };
+        let Some(acting) = self.acting.as_ref().filter(|_| L::HAS_EFFECTS) else { return SolverWork::default() };
+        let effects = acting.effects;
+        let count = |is_there: bool, each: usize| if is_there { acting.evaluations * each as u64 } else { 0 };
         SolverWork {
             horn_evaluations: count(effects.horn.is_some(), 1),
             holder_evaluations: count(effects.holder.is_some_and(|holder| holder.acts()), self.system.beads),
             relaxation_evaluations: count(effects.relaxation.is_some(), 1),
-            ..beyond.work
+            ..acting.work
         }
     }
 }

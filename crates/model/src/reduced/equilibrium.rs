@@ -17,7 +17,7 @@ use crate::{
 };
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Rest {
+pub(super) struct Equilibrium {
     /// Forces of the points of every contact, N.
     pub(super) forces: Vec<Vec<f64>>,
     /// Gap of every contact's points at zero displacement, m.
@@ -28,7 +28,7 @@ pub(super) struct Rest {
     pub(super) sweeps: u32,
 }
 
-impl Rest {
+impl Equilibrium {
     /// Of a scene with these bodies; nothing is solved without a precompression.
     pub(super) fn new(reduction: &Reduction, scene: &Scene) -> Result<Self, FeaError> {
         let (force, chain) = (scene.chain.precompression, &scene.chain);

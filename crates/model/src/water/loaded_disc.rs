@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{response::SolverWork, scene::WaterSettings};
 
-pub(crate) struct DiscBehind {
+pub(crate) struct LoadedDisc {
     disc: Box<dyn TouchedDisc>,
     points: usize,
     step: f64,
@@ -45,13 +45,13 @@ struct Dashpot {
     velocity: f64,
 }
 
-impl fmt::Debug for DiscBehind {
+impl fmt::Debug for LoadedDisc {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("DiscBehind").field("retreat", &self.retreat).finish_non_exhaustive()
+        f.debug_struct("LoadedDisc").field("retreat", &self.retreat).finish_non_exhaustive()
     }
 }
 
-impl DiscBehind {
+impl LoadedDisc {
     /// At rest.
     ///
     /// - `step`: Δ, s
@@ -80,9 +80,9 @@ impl DiscBehind {
             moved: 0.0,
             velocity: 0.0,
         });
-        let yielded = |row: &[f64]| row.iter().zip(rest).map(|(c, force)| c * force).sum::<f64>();
-        let rest = [rest.to_vec(), all.chunks_exact(count).map(yielded).collect()];
-        let predicted = rest[1].iter().map(|yielded| -yielded).collect();
+        let held_displacement = |row: &[f64]| row.iter().zip(rest).map(|(c, force)| c * force).sum::<f64>();
+        let rest = [rest.to_vec(), all.chunks_exact(count).map(held_displacement).collect()];
+        let predicted = rest[1].iter().map(|held_displacement| -held_displacement).collect();
         let (retreat, forces) = (vec![0.0; count], vec![0.0; count]);
         Self { disc, points, step, compliance, dashpot, rest, predicted, retreat, forces }
     }
@@ -105,11 +105,14 @@ impl DiscBehind {
     pub(crate) fn predict(&mut self) {
         self.disc.predict(&mut self.predicted);
         if !self.rest[0].is_empty() {
-            self.predicted.iter_mut().zip(&self.rest[1]).for_each(|(retreat, yielded)| *retreat -= yielded);
+            self.predicted
+                .iter_mut()
+                .zip(&self.rest[1])
+                .for_each(|(retreat, held_displacement)| *retreat -= held_displacement);
         }
     }
 
-    /// Displacement of the points into the water at the end of the step that [`DiscBehind::predict`] began, without forces there, m.
+    /// Displacement of the points into the water at the end of the step that [`LoadedDisc::predict`] began, without forces there, m.
     pub(crate) fn predicted(&self) -> &[f64] {
         &self.predicted[..self.points]
     }
@@ -134,7 +137,7 @@ impl DiscBehind {
         [place + moved, velocity + 2.0 * moved / self.step]
     }
 
-    /// Finish the step that [`DiscBehind::predict`] began, with the forces λ of the points and D of the dashpot (N) at its end.
+    /// Finish the step that [`LoadedDisc::predict`] began, with the forces λ of the points and D of the dashpot (N) at its end.
     pub(crate) fn push(&mut self, forces: &[f64], damping: f64) {
         self.forces[..self.points].copy_from_slice(forces);
         if !self.rest[0].is_empty() {
@@ -223,11 +226,11 @@ mod tests {
 
     const MASS: f64 = 2e-6;
 
-    fn behind(rest: &[f64]) -> DiscBehind {
+    fn behind(rest: &[f64]) -> LoadedDisc {
         let (mass, step) = (MASS, 25e-9);
         let own = 0.25 * step * step / mass;
         let disc = Mass { mass, step, place: 0.0, velocity: 0.0, force: 0.0, compliance: vec![own; 9] };
-        DiscBehind::of(Box::new(disc), 2, step, true, rest)
+        LoadedDisc::of(Box::new(disc), 2, step, true, rest)
     }
 
     #[test]
