@@ -30,7 +30,7 @@ use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws},
-    report::{heard as pressure_page, replay::ReplayReport},
+    report::{hydrophone, replay::ReplayReport},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, Support, effects},
     study::{
@@ -328,7 +328,7 @@ fn write(
     interrupt::check()?;
     timing.stage("write");
     let seen = observation::seen(scene, response.observed_velocity());
-    let others = pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
+    let others = hydrophone::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
     let report = ReplayReport {
         scene: (&scene.name, &summary::described(scene, &summary.settings.overrides)),
         facts: summary::facts(scene, summary),
