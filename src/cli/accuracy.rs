@@ -7,7 +7,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session},
     interrupt::Interrupted,
-    output::{OutputFolder, page_results, publish, set_flags},
+    output::{page_results, publish, set_flags},
     progress, summary,
     timing::Timing,
 };
@@ -19,7 +19,6 @@ use crate::{
     },
 };
 
-/// Arguments of `granchain accuracy`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain accuracy --scene annulus --stored")]
 pub struct Arguments {
@@ -35,10 +34,8 @@ pub struct Arguments {
     /// Run nothing: draw what is stored, with the times of the machine that measured it
     #[arg(long, conflicts_with = "full", help_heading = "Study")]
     pub stored: bool,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -46,10 +43,6 @@ pub struct Arguments {
 /// Perturbed copies for the chaos floor.
 const MEMBERS: usize = 24;
 
-/// Run it.
-///
-/// # Errors
-/// Whatever is wrong with the scene; a run that fails; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { scene, set, full, stored, output, session } = arguments;
     let mut timing = Timing::start();
@@ -67,11 +60,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let (seed, limits) = (session.seed(), session.limits());
     let plan = AccuracyPlan { scene, sets: set, full, members: MEMBERS, seed, limits, program };
     let ready = Study::new(plan)?;
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("accuracy.json"), output.force))
-        .transpose()?;
+    let folder = output.stage(&page_results("accuracy.json"))?;
     timing.stage("read");
     let outcome = if stored {
         ready.shipped()

@@ -20,7 +20,7 @@ use crate::{
 use super::{
     calibrated::Calibrated,
     level::level,
-    output::{print, shown_on, visible_json},
+    output::{OutputError, OutputFolder, print, shown_on, visible_json},
 };
 
 /// Most threads a core, and how many are no matter on any machine.
@@ -61,19 +61,16 @@ pub struct Session {
 
 impl Session {
     /// The seed given, else [`DEFAULT_SEED`].
-    #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed.unwrap_or(DEFAULT_SEED)
     }
 
     /// What a run may ask for.
-    #[must_use]
     pub fn limits(&self) -> Limits {
         if self.no_limits { Limits::NONE } else { Limits::default() }
     }
 
     /// Where reduced bodies are kept; none with `--cache none`, or where the user has no folder for such things.
-    #[must_use]
     pub fn cache(&self) -> Option<Cache> {
         if let Some(folder) = &self.cache {
             return (folder.as_os_str() != "none").then(|| Cache::new(folder));
@@ -84,9 +81,6 @@ impl Session {
     }
 
     /// Make the bodies of a scene ready, and say so if they cannot be kept.
-    ///
-    /// # Errors
-    /// As [`model::prepare`].
     pub fn prepare(&self, scene: &Scene) -> Result<Prepared, ModelError> {
         let prepared = model::prepare_with(scene, self.cache().as_ref())?;
         if let Some(warning) = prepared.warning() {
@@ -96,9 +90,6 @@ impl Session {
     }
 
     /// Set up the worker threads; called once by the frame before the subcommand runs.
-    ///
-    /// # Errors
-    /// A usage error for far more threads than cores; when the threads cannot be started.
     pub fn start(&self) -> anyhow::Result<()> {
         let Some(threads) = self.threads else { return Ok(()) };
         let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
@@ -153,9 +144,6 @@ impl Session {
     }
 
     /// The result of a command: `text` for people, or `value` as JSON with `--json`.
-    ///
-    /// # Errors
-    /// When standard output cannot be written.
     pub fn result(&self, text: impl std::fmt::Display, value: &impl serde::Serialize) -> anyhow::Result<()> {
         if self.json {
             let json = serde_json::to_string_pretty(value).context("the summary cannot be written as JSON")?;
@@ -209,6 +197,13 @@ pub struct OutputArguments {
     pub force: bool,
 }
 
+impl OutputArguments {
+    /// The folder for results, if one was named, staged for a run that writes `names`.
+    pub fn stage(&self, names: &[&str]) -> Result<Option<OutputFolder>, OutputError> {
+        self.out.as_deref().map(|out| OutputFolder::stage(out, names, self.force)).transpose()
+    }
+}
+
 /// The models that can be named on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ModelChoice {
@@ -222,7 +217,6 @@ pub enum ModelChoice {
 
 impl ModelChoice {
     /// The word of the scene key `model.kind`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Chain => "chain",
@@ -234,57 +228,30 @@ impl ModelChoice {
 
 /// Why a flag's value is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum ValueError {
-    /// The text is no quantity.
     #[error(transparent)]
     Quantity(#[from] crate::signal::QuantityError),
-    /// Zero, negative or not finite.
-    #[error("expected a positive number, found `{found}`")]
-    NotPositive {
-        /// The text as given.
-        found: String,
-    },
-    /// A frequency that no drive has.
-    #[error("expected a drive frequency from 1 Hz to 100 MHz, found `{found}`; check the unit")]
-    NoDrive {
-        /// The text as given.
-        found: String,
-    },
-    /// No number of threads.
-    #[error("expected a whole number of threads from 1 up, found `{found}`; leave the flag out for one a core")]
-    NoThreads {
-        /// The text as given.
-        found: String,
-    },
-    /// Not `FROM:TO`.
-    #[error("expected FROM:TO such as `0us:30us`, found `{found}`")]
-    NoWindow {
-        /// The text as given.
-        found: String,
-    },
-    /// No percentage.
-    #[error("expected a level above 0 and below 100 % such as `1%`, found `{found}`")]
-    NoLevel {
-        /// The text as given.
-        found: String,
-    },
-    /// Not `KEY=VALUE`.
-    #[error("expected KEY=VALUE such as `damping.coefficient=0.4`, found `{found}`")]
-    NoAssignment {
-        /// The text as given.
-        found: String,
-    },
+    #[error("expected {expected}, found `{found}`{remedy}")]
+    Other { expected: &'static str, found: String, remedy: &'static str },
+}
+
+impl ValueError {
+    pub(super) fn expected(expected: &'static str, found: &str) -> Self {
+        Self::Other { expected, found: found.into(), remedy: "" }
+    }
 }
 
 fn threads(text: &str) -> Result<NonZeroUsize, ValueError> {
-    text.trim().parse().map_err(|_| ValueError::NoThreads { found: text.into() })
+    text.trim().parse().map_err(|_| ValueError::Other {
+        expected: "a whole number of threads from 1 up",
+        found: text.into(),
+        remedy: "; leave the flag out for one a core",
+    })
 }
 
+const POSITIVE: &str = "a positive number";
+
 /// Value parser of a positive frequency with its unit, Hz.
-///
-/// # Errors
-/// [`ValueError`] when it is none; a number without unit is refused.
 pub fn frequency(text: &str) -> Result<f64, ValueError> {
     positive_quantity(text, Dimension::FREQUENCY)
 }
@@ -293,54 +260,44 @@ pub fn frequency(text: &str) -> Result<f64, ValueError> {
 const DRIVE_FREQUENCIES: std::ops::RangeInclusive<f64> = 1.0..=1e8;
 
 /// Value parser of a drive frequency with its unit, Hz: 1 Hz to 100 MHz.
-///
-/// # Errors
-/// [`ValueError`] when it is none; a number without unit is refused.
 pub fn drive_frequency(text: &str) -> Result<f64, ValueError> {
     let value = frequency(text)?;
-    if DRIVE_FREQUENCIES.contains(&value) { Ok(value) } else { Err(ValueError::NoDrive { found: text.into() }) }
+    let (expected, remedy) = ("a drive frequency from 1 Hz to 100 MHz", "; check the unit");
+    if DRIVE_FREQUENCIES.contains(&value) {
+        Ok(value)
+    } else {
+        Err(ValueError::Other { expected, found: text.into(), remedy })
+    }
 }
 
 /// Value parser of a positive time with its unit, s.
-///
-/// # Errors
-/// [`ValueError`] when it is none; a number without unit is refused.
 pub fn positive_time(text: &str) -> Result<f64, ValueError> {
     positive_quantity(text, Dimension::TIME)
 }
 
 /// Value parser of a time with its unit, s; of either sign.
-///
-/// # Errors
-/// [`ValueError`] when it is none; a number without unit is refused.
 pub fn time(text: &str) -> Result<f64, ValueError> {
     Ok(Quantity::parse_as(text, Dimension::TIME)?)
 }
 
 /// A positive quantity of one dimension, SI.
-///
-/// # Errors
-/// [`ValueError`] when it is none.
 pub fn positive_quantity(text: &str, dimension: Dimension) -> Result<f64, ValueError> {
     let value = Quantity::parse_as(text, dimension)?;
-    if value > 0.0 { Ok(value) } else { Err(ValueError::NotPositive { found: text.into() }) }
+    if value > 0.0 { Ok(value) } else { Err(ValueError::expected(POSITIVE, text)) }
 }
 
 /// Value parser of a positive, finite pure number.
-///
-/// # Errors
-/// [`ValueError`] when it is none.
 pub fn positive_number(text: &str) -> Result<f64, ValueError> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(ValueError::NotPositive { found: text.into() }),
+        _ => Err(ValueError::expected(POSITIVE, text)),
     }
 }
 
 fn assignment(text: &str) -> Result<String, ValueError> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => Ok(text.into()),
-        _ => Err(ValueError::NoAssignment { found: text.into() }),
+        _ => Err(ValueError::expected("KEY=VALUE such as `damping.coefficient=0.4`", text)),
     }
 }
 
@@ -353,14 +310,12 @@ pub struct UsageError {
 }
 
 /// The model of a scene that names none: the one that answered in a calibration; else the chain for an ensemble, and the reduced one for a single run.
-#[must_use]
 pub fn preferred_model(calibrated: Option<&Calibrated>, ensemble: Option<u32>) -> ModelKind {
     let otherwise = if ensemble.is_some() { ModelKind::Chain } else { ModelKind::Reduced };
     calibrated.map_or(otherwise, |calibrated| calibrated.model)
 }
 
 /// A [`UsageError`] with this message.
-#[must_use]
 pub fn usage(message: impl Into<String>) -> anyhow::Error {
     UsageError { message: message.into() }.into()
 }

@@ -41,7 +41,6 @@ use crate::{
     scene::Scene,
 };
 
-/// Arguments of `granchain calibrate`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
@@ -88,19 +87,14 @@ pub struct Arguments {
     /// Runs a damping law [default: the number whose intervals were tested, 600, or 1800 for more than two parameters, or 1200 for several records]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
     pub evaluations: Option<u32>,
-    /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// How the record is read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// How the drive is read.
     #[command(flatten)]
     pub drive_reading: DriveReadArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -112,7 +106,6 @@ impl Arguments {
     }
 }
 
-/// `--quantity`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum QuantityChoice {
     /// Velocity of the last bead's far pole
@@ -121,7 +114,6 @@ pub enum QuantityChoice {
     Pressure,
 }
 
-/// `--features`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FeatureChoice {
     /// All: peaks, early peaks, bands
@@ -151,10 +143,6 @@ const COMMAND: &str = "calibrate";
 /// Results that every calibration has.
 pub const RESULTS: [&str; 5] = ["calibration.json", "report.html", "report.md", manifest::FILE, timing::FILE];
 
-/// Run it.
-///
-/// # Errors
-/// Whatever is wrong with plan, scene, records or runs; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
@@ -208,9 +196,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         }
     };
     let Files { outcome, files } = Files::of(job, &fitted, session, &mut timing, &Stop::on_interrupt())?;
-    for (name, bytes) in files {
-        folder.write(name, bytes)?;
-    }
+    folder.write_all(files)?;
     timing.stage("write");
     folder.write(timing::FILE, timing.to_json())?;
     let place = folder.finish()?;
@@ -223,9 +209,6 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 }
 
 /// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.
-///
-/// # Errors
-/// Whatever is wrong with plan, scene or records.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
     let (problem, plans) = definition::problem(&arguments, in_memory)?;
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);

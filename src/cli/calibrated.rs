@@ -37,8 +37,8 @@ pub struct Calibrated {
     pub input: drive::Input,
     /// The scene it was made for, as on its command line.
     pub scene: Option<String>,
-    /// What it was told of the scene on its command line or in its plan, `KEY=VALUE`.
-    pub told: Vec<String>,
+    /// The overrides of its own command line or plan, `KEY=VALUE`.
+    pub own_overrides: Vec<String>,
     /// Its parameters as overrides, `KEY=VALUE` in SI.
     pub overrides: Vec<String>,
     /// The horn-tip record that drove it.
@@ -75,9 +75,6 @@ struct Parameter {
 
 impl Calibrated {
     /// Read `calibration.json` in `folder` (or the file itself).
-    ///
-    /// # Errors
-    /// When there is none, or it is not what `granchain calibrate` writes.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = if folder.is_dir() { folder.join("calibration.json") } else { folder.to_path_buf() };
         let text = read_back_text(&path, SMALL).with_context(|| {
@@ -111,7 +108,7 @@ impl Calibrated {
             }
             overrides.push(format!("{key}={}", parameter.value));
         }
-        let Outcome { scene, model, verdict, overrides: told, mut inputs, .. } = outcome;
+        let Outcome { scene, model, verdict, overrides: own_overrides, mut inputs, .. } = outcome;
         // A calibration that names no model was made on the chain.
         let models = [ModelKind::Reduced, ModelKind::Fea];
         let model = models.into_iter().find(|kind| kind.name() == model).unwrap_or(ModelKind::Chain);
@@ -122,7 +119,7 @@ impl Calibrated {
         });
         let drive = drive.transpose()?;
         let input = drive::Input { sha256: sha256(text.as_bytes()), path };
-        Ok(Self { named: folder.into(), input, model, scene, told, overrides, drive, verdict })
+        Ok(Self { named: folder.into(), input, model, scene, own_overrides, overrides, drive, verdict })
     }
 }
 

@@ -20,9 +20,6 @@ const SAME: f64 = 1e-9;
 
 /// Refuse another scene whose drive is not the one of the calibration. A drive that a flag names is meant: `--drive`, `--drive-frequency`
 /// and `--set drive.KEY=VALUE`.
-///
-/// # Errors
-/// A usage error with both drives; whatever is wrong with either scene.
 pub fn check(
     calibration: &Calibrated,
     arguments: &SceneArguments,
@@ -50,7 +47,7 @@ pub fn check(
     }
     // A calibration that names no scene has no drive to compare.
     let Some(own) = &calibration.scene else { return Ok(()) };
-    let fitted = drive(own, &calibration.told, preferred)
+    let fitted = drive(own, &calibration.own_overrides, preferred)
         .with_context(|| format!("the scene `{own}`, for which {named} was made, is needed to compare the drives"))?;
     let meant = |key: &str| {
         key == "drive.frequency" && arguments.drive_frequency.is_some()

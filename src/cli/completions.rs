@@ -7,7 +7,6 @@ use clap::{Args, CommandFactory};
 
 use super::{CommandLine, Outcome, arguments::Session, output::print};
 
-/// Arguments of `granchain completions`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  granchain completions bash > ~/.local/share/bash-completion/completions/granchain\n  \
@@ -17,27 +16,20 @@ pub struct Arguments {
     /// Which shell
     #[arg(value_enum)]
     shell: clap_complete::Shell,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
-/// Arguments of `granchain man`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain man ~/.local/share/man/man1")]
 pub struct ManArguments {
     /// Folder for `granchain.1` and a page for each subcommand
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
-/// Print the completions.
-///
-/// # Errors
-/// When standard output cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut CommandLine::command(), "granchain", &mut script);
@@ -45,10 +37,6 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Write the pages.
-///
-/// # Errors
-/// When the folder cannot be written.
 pub fn execute_man(arguments: ManArguments) -> anyhow::Result<Outcome> {
     let ManArguments { folder, session } = arguments;
     let unwritten = || format!("{}: the pages cannot be written", folder.display());

@@ -44,18 +44,12 @@ pub struct Arguments {
     /// Write the universal file as text (data set 58, 13 digits) rather than as bytes (58b, exact)
     #[arg(long)]
     pub text: bool,
-    /// How the file is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
-/// Run it.
-///
-/// # Errors
-/// When the file is refused, `OUT` exists, has another extension or cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { file, out, .. } = &arguments;
     let extension = out.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();

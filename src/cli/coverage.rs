@@ -36,10 +36,8 @@ use crate::{
 /// Most records of a scenario: a day of eight cores.
 const MOST: u64 = 1_000_000;
 
-/// Name of the summary.
 const SUMMARY: &str = "coverage.json";
 
-/// Arguments of `granchain coverage`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain coverage --scenario pretrigger,bits --count 4 --out coverage")]
 pub struct Arguments {
@@ -73,18 +71,14 @@ pub struct Arguments {
     /// Keep the files of every record and the plan that fits them, in records/ below --out
     #[arg(long, requires = "out", conflicts_with = "part")]
     pub keep_records: bool,
-    /// Which part of the records is made and fitted.
     #[command(flatten)]
     pub part: PartArguments,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
-/// `--model`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum RecordModel {
     /// One unknown a bead
@@ -103,7 +97,6 @@ impl RecordModel {
     }
 }
 
-/// `coverage.json`.
 #[derive(Debug, Serialize)]
 struct CoverageSummary<'a> {
     program: String,
@@ -112,10 +105,6 @@ struct CoverageSummary<'a> {
     records: &'a [LaboratoryTwin],
 }
 
-/// Run it.
-///
-/// # Errors
-/// A scenario that does not exist; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if arguments.quantity.is_some() || arguments.records > 1 || !arguments.fit.is_empty() {
         return bench::execute(&arguments);
@@ -129,24 +118,21 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// The scenarios that `all`, `right`, `wrong` and names stand for, each once, in the order of the table.
-///
-/// # Errors
-/// A usage error for a name that nobody knows.
 fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
     let all = Condition::all();
-    let mut asked: Vec<Condition> = Vec::new();
+    let mut chosen: Vec<Condition> = Vec::new();
     for name in names {
         match name.trim() {
-            "all" => asked.extend(&all),
-            "right" => asked.extend(all.iter().filter(|condition| condition.expected().is_none())),
-            "wrong" => asked.extend(all.iter().filter(|condition| condition.expected().is_some())),
-            name => asked.push(Condition::named(name).ok_or_else(|| {
+            "all" => chosen.extend(&all),
+            "right" => chosen.extend(all.iter().filter(|condition| condition.expected().is_none())),
+            "wrong" => chosen.extend(all.iter().filter(|condition| condition.expected().is_some())),
+            name => chosen.push(Condition::named(name).ok_or_else(|| {
                 let known: Vec<&str> = all.iter().map(|condition| condition.name()).collect();
                 usage(format!("--scenario {name}: expected all, right, wrong or some of {}", known.join(", ")))
             })?),
         }
     }
-    Ok(all.into_iter().filter(|condition| asked.contains(condition)).collect())
+    Ok(all.into_iter().filter(|condition| chosen.contains(condition)).collect())
 }
 
 /// Synthetic records to be made, fitted and counted.
@@ -159,9 +145,6 @@ pub(super) struct Study {
 
 impl Study {
     /// What flags ask for.
-    ///
-    /// # Errors
-    /// A usage error for flags that contradict each other.
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
         let Arguments { scenario, count, evaluations, model, mesh_density, waveform, output, session, .. } = arguments;
         if mesh_density.is_some() && model == RecordModel::Chain {
@@ -180,11 +163,6 @@ impl Study {
             mesh_density,
         };
         Ok(Self { plan, output, session, timing: Timing::start() })
-    }
-
-    fn staged(&self) -> anyhow::Result<Option<OutputFolder>> {
-        let stage = |out| OutputFolder::stage(out, &page_results(SUMMARY), self.output.force);
-        Ok(self.output.out.as_deref().map(stage).transpose()?)
     }
 
     /// Make, write, read and fit the records `part`, the files of each kept in `kept` where there is such a folder.
@@ -209,7 +187,7 @@ impl Study {
     }
 
     fn run_here(mut self, keep_records: bool) -> anyhow::Result<Outcome> {
-        let folder = self.staged()?;
+        let folder = self.output.stage(&page_results(SUMMARY))?;
         let records = self.outcomes(0..self.plan.total(), folder.as_ref().filter(|_| keep_records))?;
         self.timing.stage("records");
         self.conclude(&records, folder)
@@ -223,9 +201,7 @@ impl Study {
         let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
         if let Some(folder) = folder {
             folder.write(SUMMARY, summary::json(&summary)?)?;
-            for (name, bytes) in page(plan, &count, records).files()? {
-                folder.write(name, bytes)?;
-            }
+            folder.write_all(page(plan, &count, records).files()?)?;
             timing.stage("write");
             folder.write(timing::FILE, timing.to_json())?;
             let place = folder.finish()?;
@@ -256,7 +232,7 @@ impl Divisible for Study {
     }
 
     fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
-        let folder = self.staged()?;
+        let folder = self.output.stage(&page_results(SUMMARY))?;
         self.conclude(&parts.all()?, folder)
     }
 }
@@ -267,13 +243,13 @@ fn keep(folder: &OutputFolder, plan: &LaboratoryPlan, setting: &Setting, files: 
     let [horn, vibrometer] = NAMES.map(|name| format!("{place}/{name}"));
     folder.write(horn, &files.horn)?;
     folder.write(vibrometer, &files.vibrometer)?;
-    let told = format!(
+    let definition = format!(
         "# {}; fitted by: granchain calibrate --plan {place}/plan.toml --drive-frequency {}Hz\n{}",
         setting.condition.words(),
         setting.told_frequency_hz,
         toml::to_string(&plan.definition(setting))?
     );
-    folder.write(format!("{place}/plan.toml"), told)?;
+    folder.write(format!("{place}/plan.toml"), definition)?;
     Ok(())
 }
 

@@ -8,11 +8,9 @@ use serde::Serialize;
 use super::{Outcome, arguments::Session};
 use crate::model::vector_unit;
 
-/// Arguments of `granchain doctor`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain doctor --json")]
 pub struct Arguments {
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -41,10 +39,6 @@ struct Kept {
     writable: bool,
 }
 
-/// Run it.
-///
-/// # Errors
-/// When standard output cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let session = &arguments.session;
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);

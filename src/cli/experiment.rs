@@ -19,9 +19,6 @@ use crate::{
 };
 
 /// Read what the flags name; fails before anything is run. A scene that names no model is computed by `preferred`.
-///
-/// # Errors
-/// A usage error without a scene, or for a calibration that was made with another drive; whatever is wrong with the scene or the record.
 pub fn read(
     arguments: &SceneArguments,
     reading: &ReadArguments,
@@ -37,9 +34,6 @@ pub fn read(
 
 /// The same for a fit, whose horn tip is read at its plateau. A scene that names no model is fitted by the ladder up to the reduced one, or,
 /// with several records together, on the chain. The horn tip is read by `options`.
-///
-/// # Errors
-/// As [`read`].
 pub fn for_fit(arguments: &SceneArguments, options: &ReadOptions, together: bool) -> anyhow::Result<Bench> {
     let preferred = if together { ModelKind::Chain } else { ModelKind::Reduced };
     assemble(arguments, options.clone(), None, preferred, true)
@@ -84,10 +78,10 @@ fn assemble(
     if let Some(calibration) = calibration {
         // Another scene takes over what was fitted, not what was said of the first one's bench.
         if arguments.scene.is_none() {
-            overrides.extend(calibration.told.iter().cloned());
+            overrides.extend(calibration.own_overrides.iter().cloned());
         } else {
             let fitted = |told: &&String| sets(told, "alpha") || told.starts_with("damping.");
-            overrides.extend(calibration.told.iter().filter(fitted).cloned());
+            overrides.extend(calibration.own_overrides.iter().filter(fitted).cloned());
         }
         assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.input.path.display()));
         if calibration.verdict != "within scatter" {
@@ -115,7 +109,7 @@ fn assemble(
         let changed = !overrides.is_empty() || !arguments.set.is_empty() || !arguments.drive.is_empty();
         let choice = level::choose(&source, level, models, changed)?;
         overrides.extend(choice.sets);
-        assumptions.push(choice.said);
+        assumptions.push(choice.note);
     }
     overrides.extend(arguments.set.iter().cloned());
     if let Some(calibration) = calibration {
@@ -164,9 +158,6 @@ pub fn agree_on_model(bench: &mut Bench, points: impl Iterator<Item = Vec<String
 }
 
 /// A recorded drive takes the place of the scene's own, so its keys would silently do nothing.
-///
-/// # Errors
-/// A usage error for the first of `keys` (or `KEY=VALUE`) that belongs to the drive.
 pub fn refuse_drive_keys<'a>(bench: &Bench, mut keys: impl Iterator<Item = &'a str>) -> anyhow::Result<()> {
     match keys.find(|key| bench.drive.is_some() && key.trim().starts_with("drive.")) {
         Some(key) => Err(usage(format!(

@@ -30,7 +30,6 @@ enum State {
 
 impl Forecast {
     /// Of what is about to begin, such as `the run`.
-    #[must_use]
     pub fn new(session: &Session, what: &'static str) -> Self {
         Self { session: session.clone(), what, state: Mutex::new(State::New) }
     }
@@ -59,7 +58,6 @@ fn whole(elapsed: Duration, share: f64) -> Option<Duration> {
 }
 
 /// A time as one says it.
-#[must_use]
 pub fn rough_time(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     if seconds < 90.0 { format!("{:.0} s", seconds.max(1.0).round()) } else { format!("{:.0} min", seconds / 60.0) }

@@ -23,7 +23,6 @@ use super::{
     reading::{ReadArguments, shown},
 };
 
-/// Arguments of `granchain inspect`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  granchain inspect vib.csv\n  granchain inspect .", after_long_help = FORM)]
 pub struct Arguments {
@@ -36,10 +35,8 @@ pub struct Arguments {
     /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
-    /// How the file is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -92,10 +89,6 @@ impl From<KindChoice> for RecordKind {
     }
 }
 
-/// Run it.
-///
-/// # Errors
-/// When the file cannot be read or is refused.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let file = &arguments.file;
     if file.is_dir() {
@@ -156,9 +149,6 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
 }
 
 /// A record of a kind that is named, or told from the file.
-///
-/// # Errors
-/// As [`read_record`] and [`inspect_record`].
 pub fn read(file: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Result<Record, MeasurementError> {
     match kind {
         Some(kind) => read_record(file, kind, options),
@@ -324,7 +314,6 @@ impl Summary {
     }
 }
 
-/// The form for people.
 struct Text<'a> {
     record: &'a Record,
     summary: &'a Summary,

@@ -29,22 +29,17 @@ fn name(signal: u8) -> &'static str {
 }
 
 /// Whether the process was asked to stop.
-#[must_use]
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed) != 0
 }
 
 /// Exit code of a run that was asked to stop; none of one that was not.
-#[must_use]
 pub fn exit_code() -> Option<u8> {
     let signal = REQUESTED.load(Ordering::Relaxed);
     (signal != 0).then_some(128 + signal)
 }
 
 /// `Err(Interrupted)` once the process was asked to stop.
-///
-/// # Errors
-/// [`Interrupted`].
 pub fn check() -> Result<(), Interrupted> {
     if requested() { Err(Interrupted) } else { Ok(()) }
 }
@@ -57,9 +52,6 @@ fn ask(signal: u8) {
 }
 
 /// Start listening; called once by the frame.
-///
-/// # Errors
-/// When the operating system refuses a handler.
 #[cfg(unix)]
 pub fn watch() -> std::io::Result<()> {
     let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignored(SIGHUP));
@@ -80,9 +72,6 @@ fn ignored(signal: u8) -> bool {
 }
 
 /// Start listening; called once by the frame.
-///
-/// # Errors
-/// When the operating system refuses a handler.
 #[cfg(not(unix))]
 pub fn watch() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| ask(SIGINT))

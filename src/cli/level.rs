@@ -14,19 +14,16 @@ pub struct Choice {
     /// The overrides, below those of the caller.
     pub sets: Vec<String>,
     /// Which setting, what it is expected to be worth and to cost.
-    pub said: String,
+    pub note: String,
 }
 
 /// Value parser of a level: `1%` or `0.01`, above 0 and below 1.
-///
-/// # Errors
-/// [`ValueError`] when it is none.
 pub fn level(text: &str) -> Result<f64, ValueError> {
     let text = text.trim();
     let (number, factor) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
     match number.parse::<f64>() {
         Ok(value) if value > 0.0 && value * factor < 1.0 => Ok(value * factor),
-        _ => Err(ValueError::NoLevel { found: text.into() }),
+        _ => Err(ValueError::expected("a level above 0 and below 100 % such as `1%`", text)),
     }
 }
 
@@ -34,9 +31,6 @@ pub fn level(text: &str) -> Result<f64, ValueError> {
 ///
 /// - `models`: those that the command can take
 /// - `changed`: whether the caller changes the scene
-///
-/// # Errors
-/// A usage error for a scene that nothing is known of; a level that no setting is shown to reach.
 pub fn choose(scene: &str, level: f64, models: &[ModelKind], changed: bool) -> anyhow::Result<Choice> {
     let stored = match Stored::of(scene) {
         Ok(stored) => stored,
@@ -55,7 +49,7 @@ pub fn choose(scene: &str, level: f64, models: &[ModelKind], changed: bool) -> a
     };
     let built_in =
         if changed { ", of the built-in scene as it is: this one is changed, and was not measured" } else { "" };
-    let said = format!(
+    let note = format!(
         "{}, by --accuracy {}: expected error {} over the first {:.0} us{built_in}; expected to take {} on {}",
         setting_of(chosen),
         percent(level),
@@ -64,7 +58,7 @@ pub fn choose(scene: &str, level: f64, models: &[ModelKind], changed: bool) -> a
         seconds(&chosen.cost),
         stored.processor
     );
-    Ok(Choice { sets: chosen.setting.sets.clone(), said })
+    Ok(Choice { sets: chosen.setting.sets.clone(), note })
 }
 
 #[cfg(test)]

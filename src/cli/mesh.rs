@@ -10,6 +10,7 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage},
     output::OutputFolder,
+    summary,
 };
 use crate::{
     model::{
@@ -27,7 +28,6 @@ use crate::{
     scene::{self, FlatContact, ModelKind, Scene, Support},
 };
 
-/// Arguments of `granchain mesh`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain mesh --scene annulus --out mesh")]
 pub struct Arguments {
@@ -40,10 +40,8 @@ pub struct Arguments {
     /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
     pub set: Vec<String>,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -63,7 +61,6 @@ struct Kind {
     mass_error: Option<f64>,
 }
 
-/// `mesh.json`.
 #[derive(Debug, Clone, Serialize)]
 struct Summary {
     scene: String,
@@ -75,10 +72,6 @@ struct Summary {
     unknowns: usize,
 }
 
-/// Run it.
-///
-/// # Errors
-/// When the scene or a mesh is refused, or the folder cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { scene: name, density, set, output, session } = arguments;
     let mut overrides = vec!["model.kind=fea".to_owned()];
@@ -93,7 +86,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let scene = loaded.scene.with_limits(session.limits());
     Estimate::of_bodies(&scene).check(&scene.model.limits)?;
-    let folder = output.out.as_deref().map(|out| OutputFolder::stage(out, &["mesh.json"], output.force)).transpose()?;
+    let folder = output.stage(&["mesh.json"])?;
     let arrangement = Arrangement::new(&scene).with_context(|| format!("scene `{name}` cannot be meshed"))?;
     let summary = summary(&scene, &arrangement);
     if let Some(folder) = folder {
@@ -161,9 +154,6 @@ const MOST_DRAWN: usize = 40;
 const DRAWN_DENSITY: u32 = 6;
 
 /// The bench of any scene, cut open and revolved, as PNG: of the bodies that meshes have, whatever model runs it.
-///
-/// # Errors
-/// Too many beads; a scene that no mesh can show; a figure that cannot be drawn.
 pub(super) fn picture(scene: &Scene) -> anyhow::Result<Vec<u8>> {
     let beads = scene.chain.beads.len();
     if beads > MOST_DRAWN {
@@ -222,7 +212,7 @@ fn write(folder: OutputFolder, scene: &Scene, arrangement: &Arrangement, summary
     let mut bytes = Vec::new();
     write_vtu(&Field { time: 0.0, bodies: bodies.collect() }, &mut bytes)?;
     folder.write("mesh.vtu", bytes)?;
-    folder.write("mesh.json", serde_json::to_string_pretty(summary)? + "\n")?;
+    folder.write("mesh.json", summary::json(summary)?)?;
     Ok(folder.finish()?)
 }
 
@@ -244,7 +234,6 @@ fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -
     vec![first, support]
 }
 
-/// The form for people.
 struct Text<'a>(&'a Summary);
 
 impl fmt::Display for Text<'_> {

@@ -79,7 +79,6 @@ impl Outcome {
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
-    /// Session flags, before or after the command.
     #[command(flatten)]
     session: Session,
     /// Write beside files of others, which are never replaced; replace results of another run type
@@ -108,7 +107,6 @@ fn brief(command: clap::Command) -> clap::Command {
 }
 
 impl CommandLine {
-    /// Parsed words, the program first.
     fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let matches = command_line().try_get_matches_from(words)?;
         Self::from_arg_matches(&matches)
@@ -201,9 +199,6 @@ impl Command {
 }
 
 /// The work that the arguments of a part file name. Only its seed is taken of their session flags; where results go and all else is said by `merge`.
-///
-/// # Errors
-/// When it is no work that falls into points, and whatever its command refuses.
 fn divisible(
     arguments: &[String],
     output: &OutputArguments,
@@ -249,7 +244,6 @@ fn without(words: impl Iterator<Item = String>, flags: &[&str], with_value: &[&s
 }
 
 /// Run `granchain` with the process's own arguments.
-#[must_use]
 pub fn run() -> ExitCode {
     ExitCode::from(run_typed(std::env::args_os().collect(), None))
 }
@@ -263,13 +257,11 @@ fn typed() -> impl Iterator<Item = String> {
 }
 
 /// Run `granchain SUBCOMMAND …` with the process's own arguments behind it.
-#[must_use]
 pub fn run_as_subcommand(subcommand: &str) -> ExitCode {
     ExitCode::from(run_typed(std::env::args_os().collect(), Some(subcommand)))
 }
 
 /// Run `granchain` with what was typed, the program first, behind `subcommand` where one is meant; once in a process. Returns the exit code.
-#[must_use]
 pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
     let typed = TYPED.get_or_init(|| typed).clone();
     let mut given = typed.into_iter();
@@ -305,17 +297,16 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
 }
 
 /// What went wrong, then one `  because …` line for each cause that says something new.
-#[must_use]
 pub fn with_causes(error: &anyhow::Error) -> String {
     let mut message = error.to_string();
-    let mut said = message.clone();
+    let mut previous = message.clone();
     for cause in error.chain().skip(1) {
         let cause = cause.to_string();
-        if !said.contains(&cause) {
+        if !previous.contains(&cause) {
             message.push_str("\n  because ");
             message.push_str(&cause);
         }
-        said = cause;
+        previous = cause;
     }
     message
 }
@@ -339,7 +330,6 @@ fn program() -> String {
 }
 
 /// The flags that would settle an error in reading a record.
-#[must_use]
 pub fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
     if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
         return Some(reading::DriveUnread::of_drive(&error.remedy()?));

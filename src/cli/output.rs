@@ -22,8 +22,8 @@ use console::Term;
 use columns::{broken, columns_of};
 
 pub use columns::WIDEST;
-pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged};
-pub use list::{LIST, digest, files_below, is_altered, list_text};
+pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged, same_plan};
+pub use list::{LIST, files_below, is_altered};
 pub use page::{publish, set_flags};
 pub use terminal::{visible, visible_json};
 
@@ -38,180 +38,75 @@ pub fn page_results(own: &str) -> [&str; 4] {
 
 /// Why output could not be written.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum OutputError {
-    /// The root of a file system.
     #[error("--out {}: expected a folder of its own for the results, found the root of the file system; name one below it", path.display())]
-    Root {
-        /// As given.
-        path: PathBuf,
-    },
-    /// A name that leaves no room for those of the folders beside it.
+    Root { path: PathBuf },
     #[error(
         "--out {}: expected a name of at most {most} bytes, found {found}: the hidden folder beside it has a longer one; shorten the name",
         path.display()
     )]
-    LongName {
-        /// As given.
-        path: PathBuf,
-        /// Most bytes.
-        most: usize,
-        /// How many there are.
-        found: usize,
-    },
-    /// The folder holds something that is not ours.
+    LongName { path: PathBuf, most: usize, found: usize },
     #[error(
         "{}: the folder holds files that granchain did not write (`{found}`); name another --out, or pass --force to \
          write beside them",
         folder.display()
     )]
-    Foreign {
-        /// The folder.
-        folder: PathBuf,
-        /// One of the files.
-        found: String,
-    },
-    /// A result is to have the name of something that is not ours.
+    Foreign { folder: PathBuf, found: String },
     #[error(
         "{}: `{found}` is in the way of a result of that name, and granchain did not write it; move or rename it, or name another --out: \
          --force never replaces it",
         folder.display()
     )]
-    Taken {
-        /// The folder.
-        folder: PathBuf,
-        /// What is in the way.
-        found: String,
-    },
-    /// The folder holds what another kind of run wrote.
+    Taken { folder: PathBuf, found: String },
     #[error(
         "{}: holds `{found}`, which another kind of run wrote; name another --out, or pass --force to put the new results in the place of \
          the old ones",
         folder.display()
     )]
-    OtherKind {
-        /// The folder.
-        folder: PathBuf,
-        /// One of its files.
-        found: String,
-    },
-    /// A file of ours was changed since.
+    OtherKind { folder: PathBuf, found: String },
     #[error(
         "{}: `{found}` was changed since granchain wrote it, so it is kept, with --force too; move it elsewhere or rename it, or name \
          another --out",
         folder.display()
     )]
-    Altered {
-        /// The folder.
-        folder: PathBuf,
-        /// The file.
-        found: String,
-    },
-    /// The list of an earlier version names files without their digests.
-    #[error(
-        "{}: its list `.granchain` is of version 0.1.0 and holds no digests, so whether `{found}` still is what granchain wrote cannot be \
-         told; name another --out, or delete the folder yourself",
-        folder.display()
-    )]
-    OldList {
-        /// The folder.
-        folder: PathBuf,
-        /// One of the files.
-        found: String,
-    },
-    /// The list is not one that we write.
+    Altered { folder: PathBuf, found: String },
     #[error(
         "{}:{line}: expected a digest and the plain name of a file below the folder, found `{found}`; granchain wrote no such list and \
          touches nothing there: name another --out, or delete the folder yourself",
         path.display()
     )]
-    DamagedList {
-        /// The list.
-        path: PathBuf,
-        /// Line of it, from 1.
-        line: usize,
-        /// What stands there, escaped.
-        found: String,
-    },
-    /// The target is a file.
+    DamagedList { path: PathBuf, line: usize, found: String },
     #[error("{}: expected a folder, found a file; name another --out", path.display())]
-    NotAFolder {
-        /// The path.
-        path: PathBuf,
-    },
-    /// An unfinished run is in the way.
+    NotAFolder { path: PathBuf },
     #[error(
         "{}: an unfinished run is kept there; pass --resume to continue it, or --force to drop it and start anew",
         path.display()
     )]
-    Unfinished {
-        /// Where its state is.
-        path: PathBuf,
-    },
-    /// There is nothing to resume.
+    Unfinished { path: PathBuf },
     #[error(
         "{}: --resume found no unfinished run there; {}start it without --resume", path.display(),
         stands.as_ref().map(|place| format!("finished results stand in {} already; to make them anew, ", place.display())).unwrap_or_default()
     )]
-    NothingToResume {
-        /// Where its state should be.
-        path: PathBuf,
-        /// Where the results of an earlier run are, if there are such.
-        stands: Option<PathBuf>,
-    },
-    /// The unfinished run is of another command.
+    NothingToResume { path: PathBuf, stands: Option<PathBuf> },
     #[error(
         "{}: expected an unfinished run of `{expected}`, found one of `{found}`; resume it with that command, name another --out, or pass \
          --force without --resume to drop it",
         path.display()
     )]
-    OtherCommand {
-        /// Its state.
-        path: PathBuf,
-        /// The command that is to go on.
-        expected: &'static str,
-        /// The command that saved it, escaped.
-        found: String,
-    },
-    /// Another process works there.
+    OtherCommand { path: PathBuf, expected: &'static str, found: String },
     #[error("{}: another run is writing there; wait for it, or name another --out", path.display())]
-    InUse {
-        /// Where it writes.
-        path: PathBuf,
-    },
-    /// A symbolic link where only folders and files of ours may be.
+    InUse { path: PathBuf },
     #[error(
         "{}: expected a folder or file that granchain made, found a symbolic link; nothing was touched: remove the link, or name another --out",
         path.display()
     )]
-    Link {
-        /// The link.
-        path: PathBuf,
-    },
-    /// A result that was written is gone.
+    Link { path: PathBuf },
     #[error("{}: the file was written and then removed by another program; run again", path.display())]
-    Vanished {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The results are made, but could not be put in their place.
+    Vanished { path: PathBuf },
     #[error("{}: the finished results are kept there, for they could not be put in their place", place.display())]
-    Unpublished {
-        /// Where they are.
-        place: PathBuf,
-        /// Why.
-        source: Box<OutputError>,
-    },
-    /// The file system refused.
+    Unpublished { place: PathBuf, source: Box<OutputError> },
     #[error("{}: cannot {action}: {source}", path.display())]
-    Io {
-        /// What was tried.
-        action: &'static str,
-        /// Where.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    Io { action: &'static str, path: PathBuf, source: io::Error },
 }
 
 impl OutputError {
@@ -222,9 +117,6 @@ impl OutputError {
 
 /// Write `bytes` to `path` so that a reader sees the old file or the new one, never a part: temporary file, fsync,
 /// rename.
-///
-/// # Errors
-/// [`OutputError::Io`].
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     written_atomically(path, |file| file.write_all(bytes))
 }
@@ -233,9 +125,6 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 const BUFFER: usize = 1 << 16;
 
 /// The same of what `make` writes.
-///
-/// # Errors
-/// As [`write_atomically`].
 pub fn written_atomically(path: &Path, make: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -271,16 +160,12 @@ fn sync_folder(folder: &Path) {
 }
 
 /// Text for people as this stream shows it.
-#[must_use]
 pub fn shown_on(stream: &Term, text: &str) -> String {
     let text = visible(text);
     columns_of(stream).map_or_else(|| text.clone().into_owned(), |columns| broken(&text, columns, &super::program()))
 }
 
 /// Write to standard output, as it is.
-///
-/// # Errors
-/// When it is closed or full; the frame ends quietly on a closed pipe.
 pub fn print(text: impl std::fmt::Display) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     write!(out, "{text}")?;
@@ -289,7 +174,6 @@ pub fn print(text: impl std::fmt::Display) -> anyhow::Result<()> {
 }
 
 /// Whether the error is a closed pipe (`granchain … | head`).
-#[must_use]
 pub fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error
         .chain()

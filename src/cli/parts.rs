@@ -46,31 +46,18 @@ pub trait Divisible {
     /// Where the results go.
     fn out(&self) -> Option<&Path>;
     /// Everything that decides what the runs are.
-    ///
-    /// # Errors
-    /// What cannot be written as JSON.
     fn plan(&self) -> anyhow::Result<Vec<u8>>;
     /// Run the points `part`; one value each.
-    ///
-    /// # Errors
-    /// A run that all others need; Ctrl-C.
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>>;
     /// Write and print the results of all points.
-    ///
-    /// # Errors
-    /// A part that cannot be read; a folder that cannot be written.
     fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome>;
 }
 
 /// Runs as a part file holds them.
-///
-/// # Errors
-/// What cannot be written as JSON.
 pub fn values(runs: &[impl Serialize]) -> anyhow::Result<Vec<Value>> {
     runs.iter().map(serde_json::to_value).collect::<Result<_, _>>().context("a run cannot be written as JSON")
 }
 
-/// `--part`.
 #[derive(Debug, Clone, Default, Args)]
 pub struct PartArguments {
     /// Run part K of N alone and write it into the file --out; `granchain merge` joins the parts to the results of the whole run
@@ -94,9 +81,6 @@ pub struct NoPart {
 
 impl Part {
     /// Value parser of `--part`.
-    ///
-    /// # Errors
-    /// [`NoPart`].
     pub fn parse(text: &str) -> Result<Self, NoPart> {
         let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         let part = numbers.map(|(number, of)| Self { number, of }).filter(|part| (1..=part.of).contains(&part.number));
@@ -167,9 +151,6 @@ impl PartFile {
 }
 
 /// Run a part and write its file, which appears whole or not at all. One that is there already is left as it is.
-///
-/// # Errors
-/// A usage error for more parts than points; something else at the place of the file; whatever the runs meet; Ctrl-C.
 pub fn write(part: Part, study: &dyn Divisible, session: &Session) -> anyhow::Result<Outcome> {
     let (points, out) = (study.points(), study.out().context("--part needs --out FILE")?);
     if part.of > points {
@@ -216,7 +197,6 @@ fn is_there(path: &Path, head: &Head) -> anyhow::Result<bool> {
     )
 }
 
-/// Arguments of `granchain merge`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  granchain sweep --model chain --scene annulus --vary alpha=0.2:2:0.1 --part 1/2 --out 1.part\n  \
@@ -227,18 +207,12 @@ pub struct Arguments {
     /// The files of all parts, in any order
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Where results go.
     #[command(flatten)]
     output: OutputArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
-/// Join parts.
-///
-/// # Errors
-/// Parts that are missing, given twice or of different commands; inputs that changed; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { files, output, session } = arguments;
     if output.out.is_none() {
@@ -295,10 +269,6 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Look through the files.
-    ///
-    /// # Errors
-    /// Parts that are missing, given twice or of different commands; files that are none.
     pub fn of(files: &[PathBuf]) -> anyhow::Result<Self> {
         let mut parts: Option<Self> = None;
         for path in files {
@@ -344,9 +314,6 @@ impl Parts {
     }
 
     /// Hand on every run in order.
-    ///
-    /// # Errors
-    /// Those of `use_run`; a file that has changed, or holds runs of another kind.
     pub fn each<T: DeserializeOwned>(
         &self,
         mut use_run: impl FnMut(usize, T) -> anyhow::Result<()>,
@@ -367,9 +334,6 @@ impl Parts {
     }
 
     /// All runs in memory.
-    ///
-    /// # Errors
-    /// As [`Parts::each`].
     pub fn all<T: DeserializeOwned>(&self) -> anyhow::Result<Vec<T>> {
         let mut all = Vec::new();
         self.each(|_, run| {

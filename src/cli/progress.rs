@@ -19,19 +19,16 @@ impl Watch for Bar {
 }
 
 /// A bar over `length` pieces of work, on standard error; invisible with `--quiet` or when nobody is watching.
-#[must_use]
 pub fn bar(session: &Session, length: u64, what: &'static str) -> ProgressBar {
     styled(session, length, what, "{msg} [{bar:40}] {pos}/{len}, {eta} left")
 }
 
 /// A bar over pieces of work of unequal cost, `length` in all.
-#[must_use]
 pub fn work(session: &Session, length: u64, what: &'static str) -> ProgressBar {
     styled(session, length, what, "{msg} [{bar:40}] {percent} %, {eta} left")
 }
 
 /// A bar over simulated time; advance it with [`advance_to`].
-#[must_use]
 pub fn simulated_time(session: &Session, what: &'static str) -> ProgressBar {
     styled(session, PER_MILLE, what, "{msg} [{bar:40}] {percent} %, {eta} left")
 }

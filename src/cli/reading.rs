@@ -16,7 +16,6 @@ use super::arguments::{frequency, usage};
 /// One `KEY=VALUE` of `--read`: a key of a bench file, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// What it states.
     reading: Reading,
     /// Whether it is `force_frequency=true`, which no bench file has.
     force_frequency: bool,
@@ -24,29 +23,16 @@ pub struct Setting {
 
 /// Why a `KEY=VALUE` is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum SettingError {
-    /// Not `KEY=VALUE`.
     #[error("expected KEY=VALUE such as time_unit=us or delay=4.2us, found `{found}`")]
-    NoSetting {
-        /// The text.
-        found: String,
-    },
-    /// No key of a bench file, or not a value of its kind.
+    NoSetting { found: String },
     #[error("{message}")]
-    Form {
-        /// As the reader of bench files says it.
-        message: String,
-    },
-    /// A value that the key does not take.
+    Form { message: String },
     #[error(transparent)]
     Reading(#[from] ReadingError),
 }
 
 /// Value parser of `--read` and `--drive-read`.
-///
-/// # Errors
-/// [`SettingError`].
 pub fn setting(text: &str) -> Result<Setting, SettingError> {
     let parts = text.split_once('=').map(|(key, value)| (key.trim().replace('-', "_"), value.trim()));
     let Some((key, value)) = parts.filter(|(key, value)| !key.is_empty() && !value.is_empty()) else {
@@ -100,7 +86,6 @@ pub struct ChannelArguments {
 
 impl ChannelArguments {
     /// The options for the reader; `drive_frequency` (Hz) where it is known.
-    #[must_use]
     pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
         let given = ReadOptions {
             column: self.channel.clone(),
@@ -125,7 +110,6 @@ pub struct DriveReadArguments {
 
 impl DriveReadArguments {
     /// The options for the reader; `drive_frequency` (Hz) where it is known.
-    #[must_use]
     pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
         with_settings(ReadOptions { drive_frequency, ..ReadOptions::default() }, &self.drive_read)
     }
@@ -134,7 +118,6 @@ impl DriveReadArguments {
 /// How a record is to be read.
 #[derive(Debug, Clone, PartialEq, Default, Args)]
 pub struct ReadArguments {
-    /// Its channel.
     #[command(flatten)]
     pub channel: ChannelArguments,
     /// Bench file with the reading of all channels, typed once (docs/formats.md); flags win over it
@@ -144,32 +127,22 @@ pub struct ReadArguments {
 
 impl ReadArguments {
     /// The options for the reader; `drive_frequency` (Hz) where it is known.
-    #[must_use]
     pub fn options(&self, drive_frequency: Option<f64>) -> ReadOptions {
         self.channel.options(drive_frequency)
     }
 
     /// The same for a record of a known kind: what flags leave open the bench file says.
-    ///
-    /// # Errors
-    /// When the bench file cannot be used.
     pub fn options_of(&self, kind: RecordKind, drive_frequency: Option<f64>) -> anyhow::Result<ReadOptions> {
         self.filled(kind, self.options(drive_frequency))
     }
 
     /// `options`, and what they leave open as the bench file says it of this kind.
-    ///
-    /// # Errors
-    /// When the bench file cannot be used.
     pub fn filled(&self, kind: RecordKind, options: ReadOptions) -> anyhow::Result<ReadOptions> {
         let Some(path) = &self.bench else { return Ok(options) };
         Ok(BenchReadings::read(path)?.of(kind).below(options)?)
     }
 
     /// The same for a record whose kind may be left to the file.
-    ///
-    /// # Errors
-    /// A usage error for a bench file without a kind; when the bench file cannot be used.
     pub fn options_of_any(
         &self,
         kind: Option<RecordKind>,
@@ -189,7 +162,6 @@ pub struct DriveUnread(pub MeasurementError);
 
 impl DriveUnread {
     /// `text` with the drive's flags in place of the record's.
-    #[must_use]
     pub fn of_drive(text: &str) -> String {
         let flags =
             [("--channel", "channel"), ("--scale", "scale"), ("--unit", "unit"), ("--sample-rate", "sample_rate")];
@@ -222,19 +194,11 @@ impl std::error::Error for DriveUnread {}
 
 /// Why a unit flag is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum UnitError {
-    /// No unit.
     #[error(transparent)]
     Unknown(#[from] QuantityError),
-    /// A unit of something else.
     #[error("expected the unit of {expected}, found that of {}", found.describe())]
-    Dimension {
-        /// What is needed.
-        expected: &'static str,
-        /// What was given.
-        found: Dimension,
-    },
+    Dimension { expected: &'static str, found: Dimension },
 }
 
 fn motion_unit(text: &str) -> Result<String, UnitError> {
@@ -253,7 +217,6 @@ fn sensitivity(text: &str) -> Result<Sensitivity, SensitivityError> {
 }
 
 /// A quantity for people, in four digits.
-#[must_use]
 pub fn shown(value: f64, dimension: Dimension) -> String {
     let rounded = format!("{value:.3e}").parse().unwrap_or(value);
     Quantity::new(rounded, dimension).to_string()

@@ -62,7 +62,6 @@ const KEYS: [&str; 16] = [
 const SWITCHES: [&str; 2] = ["invert", "resample"];
 
 /// The line behind clap's error, where the word that it does not know was one of an earlier version.
-#[must_use]
 pub fn instead_of(error: &clap::Error) -> Option<String> {
     let found = error.get(ContextKind::InvalidSubcommand).or_else(|| error.get(ContextKind::InvalidArg))?;
     let ContextValue::String(found) = found else { return None };

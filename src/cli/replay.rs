@@ -30,7 +30,7 @@ use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws},
-    report::{heard as pressure_page, replay::ReplayReport},
+    report::{hydrophone, replay::ReplayReport},
     response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, Support, effects},
     study::{
@@ -39,11 +39,9 @@ use crate::{
     },
 };
 
-/// Arguments of `granchain replay`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain replay --scene annulus --drive horn_tip.csv --alpha 0.7 --out run")]
 pub struct Arguments {
-    /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArguments,
     /// Take amplitude scale, damping and scene from an earlier calibration
@@ -52,24 +50,19 @@ pub struct Arguments {
     /// Also run N perturbed copies at each of three drive levels and report mean, scatter and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// What a finite element run does on the way.
     #[command(flatten)]
     pub analysis: AnalysisArguments,
-    /// What is wanted of the water's field.
     #[command(flatten)]
     pub field: FieldArguments,
-    /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
-/// What was heard at a point of the water.
+/// Pressure metrics at a point of the water.
 #[derive(Debug, Clone, Serialize)]
 pub struct PressureAt {
     /// Distance from the axis, m.
@@ -81,10 +74,8 @@ pub struct PressureAt {
     pub features: PressureFeatures,
 }
 
-/// `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
-    /// Program and version.
     pub program: String,
     /// Scene as named on the command line.
     pub scene: String,
@@ -106,7 +97,6 @@ pub struct Summary {
     /// What a finite element run has besides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub analysis: Option<AnalysisSummary>,
-    /// What was run.
     pub settings: summary::Settings,
     /// Mean, scatter and sensitivity, where asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -124,17 +114,12 @@ pub struct Summary {
     /// Instant of the horn's record (t = 0 at its trigger) at time 0 of `response.csv`, where a record drives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_origin_s: Option<f64>,
-    /// Files that went in.
     pub inputs: summary::Inputs,
 }
 
 /// Results that every replay has.
 const RESULTS: [&str; 5] = ["report.html", "response.csv", "scene.toml", "summary.json", timing::FILE];
 
-/// Run it.
-///
-/// # Errors
-/// Whatever is wrong with scene, calibration, record or run; a folder that cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
@@ -283,9 +268,6 @@ impl Job<'_> {
 }
 
 /// The pressure at every field point, measured over the window of the drive; where it is silent, nothing.
-///
-/// # Errors
-/// [`FeatureError`] when it cannot be measured.
 pub fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<Vec<PressureAt>, FeatureError> {
     let (Some(water), Some(disc)) = (&scene.water, &response.disc) else { return Ok(Vec::new()) };
     let loud = water.field_points.iter().zip(&disc.pressure).filter(|(_, pressure)| pressure.peak() > 0.0);
@@ -328,7 +310,7 @@ fn write(
     interrupt::check()?;
     timing.stage("write");
     let seen = observation::seen(scene, response.observed_velocity());
-    let others = pressure_page::figures(response, summary.pressure.iter().map(|heard| &heard.features))?;
+    let others = hydrophone::figures(response, summary.pressure.iter().map(|point| &point.features))?;
     let report = ReplayReport {
         scene: (&scene.name, &summary::described(scene, &summary.settings.overrides)),
         facts: summary::facts(scene, summary),
@@ -342,10 +324,7 @@ fn write(
         ensemble: spread.map(|spread| summary::ensemble(summary, spread)),
         assumptions: summary.warnings.iter().chain(&summary.assumptions).cloned().collect(),
     };
-    for (name, bytes) in report.files()? {
-        folder.write(name, bytes)?;
-        interrupt::check()?;
-    }
+    folder.write_all(report.files()?)?;
     timing.stage("figures");
     folder.write(timing::FILE, timing.to_json())?;
     Ok(())

@@ -26,13 +26,11 @@ use crate::{
     signal::{Dimension, Quantity},
 };
 
-/// Arguments of `granchain scene`.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  granchain scene show annulus\n  granchain scene init bench.toml\n  granchain scene check bench.toml"
 )]
 pub struct Arguments {
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
     #[command(subcommand)]
@@ -82,10 +80,6 @@ enum Action {
     },
 }
 
-/// Run it.
-///
-/// # Errors
-/// When the scene is refused or a file cannot be written.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let session = &arguments.session;
     match arguments.action {

@@ -16,6 +16,7 @@ use super::{
     inspect::{self, KindChoice, warn},
     output::OutputFolder,
     reading::{DriveReadArguments, DriveUnread, ReadArguments},
+    summary,
 };
 use crate::{
     feature::{
@@ -29,7 +30,6 @@ use crate::{
     signal::Series,
 };
 
-/// Arguments of `granchain spectrum`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain spectrum vib.csv --drive horn_tip.csv --out spectrum")]
 pub struct Arguments {
@@ -52,16 +52,12 @@ pub struct Arguments {
     /// End of the analysis window after the trigger, such as 550us
     #[arg(long, value_name = "QUANTITY", value_parser = time, allow_hyphen_values = true)]
     pub to: Option<f64>,
-    /// How the file is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// How the drive's record is to be read.
     #[command(flatten)]
     pub drive_reading: DriveReadArguments,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -73,7 +69,6 @@ const PISTON: &str = "piston_displacement_m";
 /// The JSON form: the features, and where frequency and window came from.
 #[derive(Debug, Serialize)]
 pub struct Summary {
-    /// The record's.
     pub file: String,
     /// Of its bytes.
     pub sha256: String,
@@ -93,9 +88,6 @@ pub struct Summary {
 impl Summary {
     /// A record measured over the window of `drive`, at `frequency` (Hz) where that is stated, with its noise; ends of the window (s) where they
     /// are stated.
-    ///
-    /// # Errors
-    /// When there is no frequency or no window, or nothing can be measured.
     pub fn of(
         record: &Record,
         drive: Option<&Drive>,
@@ -129,10 +121,6 @@ impl Summary {
     }
 }
 
-/// Run it.
-///
-/// # Errors
-/// When a file cannot be read or is refused, or nothing can be measured on it.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { file, kind, drive_frequency, drive, from, to, reading, drive_reading, output, session } = arguments;
     if let (Some(from), Some(to)) = (from, to)
@@ -142,8 +130,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let kind = kind.map(RecordKind::from);
     let options = reading.options_of_any(kind, drive_frequency)?;
-    let folder =
-        output.out.as_deref().map(|out| OutputFolder::stage(out, &["spectrum.csv"], output.force)).transpose()?;
+    let folder = output.stage(&["spectrum.csv"])?;
     let ours = is_response(&file);
     let record = if ours {
         // A simulation has neither an offset nor noise, and its free flights are no clipping.
@@ -192,7 +179,6 @@ pub struct Drive {
 
 impl Drive {
     /// A horn tip as read, and what it is called.
-    #[must_use]
     pub fn of(horn: Record, named: String) -> Self {
         Self { frequency: horn.drive_frequency(), displacement: horn.series, named }
     }
@@ -276,7 +262,7 @@ fn window(
     frequency: f64,
     (from, to): (Option<f64>, Option<f64>),
 ) -> anyhow::Result<(Window, String)> {
-    let (window, mut said) = match (from, to, drive) {
+    let (window, mut origin) = match (from, to, drive) {
         (Some(from), Some(to), _) => return Ok((Window::new(from, to), "--from, --to".to_owned())),
         (_, _, Some(drive)) => {
             let window = Window::of_drive(&drive.displacement, frequency)
@@ -291,17 +277,17 @@ fn window(
     };
     for (flag, given) in [("--from", from), ("--to", to)] {
         if given.is_some() {
-            said.push_str(", ");
-            said.push_str(flag);
+            origin.push_str(", ");
+            origin.push_str(flag);
         }
     }
-    Ok((window.overridden(from, to), said))
+    Ok((window.overridden(from, to), origin))
 }
 
 fn write(folder: OutputFolder, series: &Series, summary: &Summary) -> anyhow::Result<PathBuf> {
     let spectrum = amplitude_spectrum(series, summary.features.window)?;
     folder.write("spectrum.csv", page::csv(&spectrum, &summary.features))?;
-    folder.write("summary.json", serde_json::to_string_pretty(summary)? + "\n")?;
+    folder.write("summary.json", summary::json(summary)?)?;
     let page = page::SpectrumPage {
         file: &summary.file,
         quantity: summary.quantity,
@@ -311,9 +297,7 @@ fn write(folder: OutputFolder, series: &Series, summary: &Summary) -> anyhow::Re
         features: &summary.features,
         assumptions: summary.assumptions.clone(),
     };
-    for (name, bytes) in page.files()? {
-        folder.write(name, bytes)?;
-    }
+    folder.write_all(page.files()?)?;
     Ok(folder.finish()?)
 }
 
@@ -368,7 +352,6 @@ fn facts(summary: &Summary) -> Vec<(String, String)> {
     facts
 }
 
-/// The form for people.
 struct Text<'a>(&'a Summary);
 
 impl fmt::Display for Text<'_> {

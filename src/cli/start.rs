@@ -33,7 +33,6 @@ use crate::{
     },
 };
 
-/// Arguments of `granchain start`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
@@ -52,21 +51,15 @@ pub struct Arguments {
     /// The fit definition to write; never replaces a file
     #[arg(long, value_name = "FILE", default_value = "plan.toml")]
     pub out: PathBuf,
-    /// How the record is read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// How the drive is read.
     #[command(flatten)]
     pub drive_reading: DriveReadArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
 
 /// Run it: with questions where nothing was typed and somebody can be asked.
-///
-/// # Errors
-/// When a file is no record, none or both are the horn's, the scene is refused, or the definition exists or cannot be written.
 pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
     let mut person = ask::terminal();
@@ -88,9 +81,12 @@ pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
             return Err(unread);
         };
         person.tell(&unread.to_string());
-        let said = person.text("So say it, with values of this bench (nothing: stop)", flags)?;
-        let Some(said) = shell_words::split(&said).ok().filter(|said| !said.is_empty()) else { return Err(unread) };
-        words.extend(said);
+        let flags_typed = person.text("So say it, with values of this bench (nothing: stop)", flags)?;
+        let Some(flags_typed) = shell_words::split(&flags_typed).ok().filter(|flags_typed| !flags_typed.is_empty())
+        else {
+            return Err(unread);
+        };
+        words.extend(flags_typed);
         arguments = parsed(&words, &arguments.session)?;
     }
 }
@@ -202,7 +198,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     let options = arguments.reading.options(None);
     let records = match [first, second].map(|file| inspect::read(file, None, &options)) {
         [Ok(first), Ok(second)] => [first, second],
-        unread => return Err(untold([first, second], unread.map(Result::err))?.into()),
+        unread => return Err(unidentified([first, second], unread.map(Result::err))?.into()),
     };
     let is_horn = records.each_ref().map(|record| record.kind == RecordKind::HornTip);
     if is_horn[0] != is_horn[1] {
@@ -233,7 +229,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
 }
 
 /// What two files leave open that cannot be told apart for it: the one named like a horn's is taken for it, else the second, and that too is said.
-fn untold(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) -> anyhow::Result<Unread> {
+fn unidentified(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) -> anyhow::Result<Unread> {
     let horn_is_first = is_named_horn(files[0]) && !is_named_horn(files[1]);
     let (bead, horn, file) = if horn_is_first { (second, first, files[0]) } else { (first, second, files[1]) };
     Unread::of(bead, horn, Some(format!("--horn {}", shell_word(&file.display().to_string()))))

@@ -30,16 +30,12 @@ use crate::{
 pub use crate::calibration::problem::program;
 
 /// Pretty JSON with a newline at its end.
-///
-/// # Errors
-/// When a value cannot be written as JSON.
 pub fn json(value: &impl Serialize) -> anyhow::Result<Vec<u8>> {
     let mut bytes = serde_json::to_vec_pretty(value).context("the summary cannot be written as JSON")?;
     bytes.push(b'\n');
     Ok(bytes)
 }
 
-/// What was run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Settings {
     model: &'static str,
@@ -81,7 +77,6 @@ fn by_term<S: Serializer>(coefficients: &DampingCoefficients, serializer: S) -> 
 
 impl Settings {
     /// Of a scene as it was run.
-    #[must_use]
     pub fn new(scene: &Scene, experiment: &Bench, seed: u64) -> Self {
         let fea = Some(scene.model.fea).filter(|_| scene.model.kind == ModelKind::Fea);
         let reduced = Some(scene.model.reduced).filter(|_| scene.model.kind == ModelKind::Reduced);
@@ -136,7 +131,6 @@ pub struct Inputs {
 
 impl Inputs {
     /// With the digests of what was read.
-    #[must_use]
     pub fn new(experiment: &Bench, calibrated: Option<&Calibrated>) -> Self {
         Self {
             drive: experiment.drive.as_ref().map(|drive| drive.input.clone()),
@@ -159,7 +153,6 @@ pub struct EnsembleTable {
 
 impl EnsembleTable {
     /// The outcome with names and units.
-    #[must_use]
     pub fn new(outcome: &EnsembleOutcome) -> Self {
         let row = |watched: Watched, spread: &Spread| {
             let unit = if watched.unit.is_empty() { "1" } else { watched.unit };
@@ -191,7 +184,6 @@ pub fn scene_digest(scene: &Scene) -> String {
 
 /// A scene's own words where they hold: a bench that was changed, or a file that took over the words of a built-in scene, is described by what stands on
 /// it. The model has its own place.
-#[must_use]
 pub fn described(scene: &Scene, overrides: &[String]) -> String {
     let changed = overrides.iter().any(|set| !set.starts_with("model."));
     let of_another =
@@ -204,7 +196,6 @@ pub fn described(scene: &Scene, overrides: &[String]) -> String {
 }
 
 /// What stands on a bench, in a line.
-#[must_use]
 pub fn in_words(scene: &Scene) -> String {
     let beads = &scene.chain.beads;
     let support = match &scene.support {
@@ -228,7 +219,6 @@ pub fn in_words(scene: &Scene) -> String {
 }
 
 /// A run's short report.
-#[must_use]
 pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) -> String {
     let mut text = format!("{}: {}\n", scene.name, described(scene, &summary.settings.overrides));
     for (name, value) in facts(scene, summary) {
@@ -242,7 +232,6 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
 }
 
 /// What a run's report says, line by line: name and value.
-#[must_use]
 pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     let mut facts = Vec::new();
     let mut row = |name: &str, value: String| facts.push((name.to_owned(), value));
@@ -298,8 +287,8 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
         };
         row("", share);
     }
-    for heard in &summary.pressure {
-        row("pressure", pressure(heard));
+    for point in &summary.pressure {
+        row("pressure", pressure(point));
     }
     row("work", work(summary));
     if let Some(laws) = &summary.contact_laws {
@@ -309,7 +298,6 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
 }
 
 /// The model and what its accuracy hangs on.
-#[must_use]
 pub fn model(scene: &Scene) -> String {
     let model = &scene.model;
     let step = |step: f64| format!("step {}", engineering(step, "s", 3));
@@ -340,8 +328,8 @@ pub fn model(scene: &Scene) -> String {
 /// The fitted contact laws and how well they follow the bodies' statics.
 fn contacts(laws: &FiniteBodyLaws) -> String {
     // Before a ring alone the others are Hertz' by choice.
-    let told = laws.fits.iter().filter(|fit| fit.quality.is_some() || !laws.couplings.is_empty());
-    let fits = told.map(|fit| match fit.quality {
+    let fitted = laws.fits.iter().filter(|fit| fit.quality.is_some() || !laws.couplings.is_empty());
+    let fits = fitted.map(|fit| match fit.quality {
         Some(quality) => format!(
             "{} within {} % ({} to {})",
             fit.between,
@@ -434,9 +422,9 @@ fn peaks(scene: &Scene, summary: &Summary) -> String {
     text
 }
 
-/// Peaks and levels of what was heard at one point.
-fn pressure(heard: &PressureAt) -> String {
-    let PressureAt { r_m, z_m, features } = heard;
+/// Peaks and levels of the pressure at one point.
+fn pressure(point: &PressureAt) -> String {
+    let PressureAt { r_m, z_m, features } = point;
     let place = if *r_m == 0.0 {
         format!("{} on the axis", engineering(*z_m, "m", 3))
     } else {
@@ -480,7 +468,6 @@ fn lines(summary: &Summary) -> String {
 }
 
 /// What an ensemble says, for the terminal.
-#[must_use]
 pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
     let plan = &outcome.plan;
     let mut text = format!(

@@ -18,7 +18,7 @@ use super::{
     experiment,
     forecast::Forecast,
     interrupt::{self, Interrupted},
-    output::{NOTHING_SAVED, OutputFolder},
+    output::{NOTHING_SAVED, OutputFolder, same_plan},
     parts::{self, Divisible, PartArguments, Parts},
     progress,
     reading::ReadArguments,
@@ -28,7 +28,6 @@ use super::{
 };
 use crate::{
     calibration::bench::Bench,
-    measurement::read_back::{LARGE, read_back},
     model::{Estimate, ModelError},
     scene::Scene,
     study::{
@@ -40,11 +39,9 @@ use crate::{
     },
 };
 
-/// Arguments of `granchain sweep`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain sweep --scene annulus --model chain --vary alpha=0.2:2:0.1 --out sweep")]
 pub struct Arguments {
-    /// What is simulated.
     #[command(flatten)]
     pub scene: SceneArguments,
     /// Take amplitude scale, damping and scene from an earlier calibration
@@ -56,19 +53,15 @@ pub struct Arguments {
     /// At each point also run N perturbed copies at each of three drive levels: mean, scatter and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
-    /// Where results go.
     #[command(flatten)]
     pub output: OutputArguments,
     /// Continue a sweep that was stopped; needs the same flags
     #[arg(long, requires = "out", conflicts_with = "part", help_heading = "Output")]
     pub resume: bool,
-    /// Which part of the points is run.
     #[command(flatten)]
     pub part: PartArguments,
-    /// How the drive record is to be read.
     #[command(flatten)]
     pub reading: ReadArguments,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -87,10 +80,6 @@ const COMMAND: &str = "sweep";
 /// Results that every sweep has.
 const RESULTS: [&str; 4] = ["report.html", "sweep.csv", "sweep.json", timing::FILE];
 
-/// Run it.
-///
-/// # Errors
-/// Whatever is wrong with scene, grid, calibration or record; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let (part, resume, session) = (arguments.part.part, arguments.resume, arguments.session.clone());
     let study = Study::new(arguments)?;
@@ -158,7 +147,7 @@ impl Study {
         };
         // A sweep stopped before its first run has nothing that another plan could spoil.
         if std::fs::metadata(state.join(RUNS)).is_ok_and(|runs| runs.len() > 0) {
-            same_plan(&state.join(PLAN), &plan)?;
+            same_plan(&state.join(PLAN), &plan, "sweep", "scene, grid, ensemble, seed")?;
         } else {
             if resume {
                 self.session.note(NOTHING_SAVED);
@@ -230,8 +219,7 @@ impl Divisible for Study {
     }
 
     fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
-        let stage = |out: &PathBuf| OutputFolder::stage(out, &RESULTS, self.output.force);
-        let folder = self.output.out.as_ref().map(stage).transpose()?;
+        let folder = self.output.stage(&RESULTS)?;
         self.conclude(parts, folder)
     }
 }
@@ -248,9 +236,6 @@ fn as_written(error: serde_json::Error) -> anyhow::Error {
 }
 
 /// The scene without the swept values, all points on one model.
-///
-/// # Errors
-/// A usage error for a swept key that would do nothing; whatever is wrong with the scene.
 pub fn base(bench: &mut Bench, grid: &Grid) -> anyhow::Result<Scene> {
     experiment::agree_on_model(bench, (0..grid.len()).map(|index| grid.overrides(index)));
     experiment::refuse_drive_keys(bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
@@ -267,9 +252,6 @@ fn printed(bench: &Bench, base: &Scene, grid: &Grid) -> Option<Published> {
 const MOST_LOOKED_AT: usize = 20_000;
 
 /// Refuse a grid whose points together are estimated above the limits. Points that are no scene count nothing: they are tabled as such.
-///
-/// # Errors
-/// [`ModelError`] with estimate and limit.
 pub fn refuse_excess(
     bench: &Bench,
     base: &Scene,
@@ -301,9 +283,7 @@ fn write(
         Ok(writeln!(out)?)
     })?;
     timing.stage("write");
-    for (name, bytes) in table.page(described, assumptions).files()? {
-        folder.write(name, bytes)?;
-    }
+    folder.write_all(table.page(described, assumptions).files()?)?;
     timing.stage("figures");
     folder.write(timing::FILE, timing.to_json())?;
     Ok(())
@@ -314,18 +294,6 @@ fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow
     summary::json(&serde_json::json!({
         "program": summary::program(), "scene_sha256": summary::scene_digest(base), "grid": grid, "ensemble": ensemble,
     }))
-}
-
-fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
-    let kept = read_back(path, LARGE).unwrap_or_default();
-    if kept == plan {
-        return Ok(());
-    }
-    bail!(
-        "{}: the sweep to resume has another scene, grid, ensemble, seed or program version; give the same flags, or \
-         start anew with --force",
-        path.display()
-    )
 }
 
 /// What a stopped sweep leaves, and what to say.

@@ -43,15 +43,13 @@ const MOST_SHOWN: usize = 2000;
 /// Most values of an axis that the page lists.
 const MOST_VALUES: usize = 100;
 
-/// Columns of what was heard.
-const HEARD: [&str; 3] = ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
+/// Columns of the pressure metrics.
+const PRESSURE_COLUMNS: [&str; 3] =
+    ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
 
 /// The runs of a sweep, wherever they lie.
 pub trait Runs {
     /// Hand on every run in the order of the grid.
-    ///
-    /// # Errors
-    /// Those of `seen`; a run that cannot be read.
     fn each(&self, seen: &mut dyn FnMut(usize, &Run) -> anyhow::Result<()>) -> anyhow::Result<()>;
 }
 
@@ -68,7 +66,7 @@ struct Seen {
     failed: usize,
     /// Those that leave more energy unaccounted for than they may without a warning.
     unbalanced: usize,
-    /// Whether any run heard something.
+    /// Whether any run has pressure metrics.
     has_water: bool,
     /// The rows of the terminal.
     first: Vec<Run>,
@@ -86,7 +84,7 @@ pub struct SweepTable<'a> {
     pub grid: &'a Grid,
     /// What came of it.
     runs: &'a dyn Runs,
-    /// What one pass over it told.
+    /// What one pass over it showed.
     seen: Seen,
     /// What the source paper prints of this scene.
     pub published: Option<Published>,
@@ -102,9 +100,6 @@ struct Slice {
 
 impl<'a> SweepTable<'a> {
     /// Look once through the runs of `grid` over `scene`.
-    ///
-    /// # Errors
-    /// A run that cannot be read.
     pub fn new(
         scene: &'a Scene,
         grid: &'a Grid,
@@ -147,13 +142,11 @@ impl<'a> SweepTable<'a> {
     }
 
     /// Runs made, and how many of them failed.
-    #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         (self.seen.runs, self.seen.failed)
     }
 
     /// What a reader must know of the energy of the runs.
-    #[must_use]
     pub fn energy_warning(&self) -> Option<String> {
         let Seen { runs, unbalanced, .. } = self.seen;
         (unbalanced > 0).then(|| {
@@ -167,9 +160,6 @@ impl<'a> SweepTable<'a> {
 
     /// `sweep.csv`: the swept keys with their units, `status`, the watched numbers, with an ensemble also their mean,
     /// scatter and sensitivity, and the reason of a failure.
-    ///
-    /// # Errors
-    /// A run that cannot be read, or `out` that cannot be written.
     pub fn csv(&self, out: &mut dyn io::Write) -> anyhow::Result<()> {
         let mut header: Vec<String> = self.grid.axes.iter().map(column).collect();
         header.push("status".into());
@@ -183,7 +173,7 @@ impl<'a> SweepTable<'a> {
         }
         let has_water = self.has_water();
         if has_water {
-            header.extend(HEARD.map(str::to_owned));
+            header.extend(PRESSURE_COLUMNS.map(str::to_owned));
         }
         header.push("reason".into());
         writeln!(out, "{}", header.join(","))?;
@@ -221,9 +211,6 @@ impl<'a> SweepTable<'a> {
     }
 
     /// `sweep.json`: whatever writes it reads the runs.
-    ///
-    /// # Errors
-    /// When an input file can no longer be read for its digest.
     pub fn json(
         &'a self,
         experiment: &Bench,
@@ -236,7 +223,7 @@ impl<'a> SweepTable<'a> {
             .iter()
             .map(|axis| json!({"key": axis.key, "unit": unit(axis).unwrap_or_default(), "values": axis.values}))
             .collect();
-        let told = json!({
+        let fields = json!({
             "program": summary::program(),
             "scene": experiment.source,
             "axes": axes,
@@ -249,9 +236,9 @@ impl<'a> SweepTable<'a> {
             "drive_origin_s": experiment.drive.as_ref().map(|drive| drive.motion.origin),
             "inputs": summary::Inputs::new(experiment, calibrated),
         });
-        let Json::Object(told) = told else { anyhow::bail!("the summary is no object") };
+        let Json::Object(fields) = fields else { anyhow::bail!("the summary is no object") };
         let mut parts: BTreeMap<String, Part<'a>> =
-            told.into_iter().map(|(key, value)| (key, Part::Told(value))).collect();
+            fields.into_iter().map(|(key, value)| (key, Part::Value(value))).collect();
         parts.insert("points".into(), Part::Points(Points(self)));
         Ok(parts)
     }
@@ -285,7 +272,6 @@ impl<'a> SweepTable<'a> {
     }
 
     /// One figure for each combination of the other axes, against the first axis that has numbers.
-    #[must_use]
     pub fn figures(&self) -> Vec<(String, SweepReport)> {
         let Some((swept, slices)) = &self.seen.slices else { return Vec::new() };
         let single = slices.len() == 1;
@@ -297,7 +283,6 @@ impl<'a> SweepTable<'a> {
     }
 
     /// What `report.html` shows.
-    #[must_use]
     pub fn page(&'a self, described: &'a str, assumptions: Vec<String>) -> SweepPage<'a> {
         let (runs, failed) = self.counts();
         let swept = self.grid.axes.iter().map(|axis| {
@@ -320,13 +305,6 @@ impl<'a> SweepTable<'a> {
 
     /// Every run with the numbers most looked at.
     fn rows(&self) -> Table {
-        const SHOWN: [(&str, f64, usize); 5] = [
-            ("positive_peak", 1e3, 1),
-            ("negative_peak", 1e3, 1),
-            ("ratio_1/3", 1.0, 3),
-            ("ratio_1/2", 1.0, 3),
-            ("ratio_2/3", 1.0, 3),
-        ];
         let mut columns: Vec<Column> = self.grid.axes.iter().map(|axis| Column::numbers(axis.key.clone())).collect();
         columns.extend(["Positive peak", "Negative peak"].map(|name| Column::numbers(name).unit("mm/s")));
         columns.extend(["1/3", "1/2", "2/3"].map(|line| Column::numbers(format!("Line {line}")).unit("1")));
@@ -337,10 +315,7 @@ impl<'a> SweepTable<'a> {
                 Run::Finished { observation, .. } => (Some(observation), String::new()),
                 Run::Failed { reason } => (None, format!("failed: {reason}")),
             };
-            cells.extend(SHOWN.map(|(key, factor, digits)| {
-                let value = observation.and_then(|observation| observation.get(key));
-                value.map_or("–".into(), |value| fixed(factor * value, digits))
-            }));
+            cells.extend(velocity_cells(observation));
             cells.push(remark);
             cells
         };
@@ -384,7 +359,7 @@ impl<'a> SweepTable<'a> {
         );
         if self.has_water() {
             let curve = |group: &str, name: &str, unit: &str, pick: fn(&Heard) -> Option<f64>| {
-                let points = members.iter().filter_map(|member| self.heard_point(member, swept, pick)).collect();
+                let points = members.iter().filter_map(|member| self.pressure_point(member, swept, pick)).collect();
                 SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference: None }
             };
             curves.push(curve("Peak pressure", "positive", "Pa", |heard| Some(heard.positive_peak_pa)));
@@ -400,12 +375,12 @@ impl<'a> SweepTable<'a> {
         }
     }
 
-    /// Whether any run heard something.
+    /// Whether any run has pressure metrics.
     fn has_water(&self) -> bool {
         self.seen.has_water
     }
 
-    fn heard_point(
+    fn pressure_point(
         &self,
         (index, run): &(usize, Run),
         swept: usize,
@@ -425,7 +400,6 @@ impl<'a> SweepTable<'a> {
     }
 
     /// A table for people: peaks in mm/s and the ratios of the subharmonics.
-    #[must_use]
     pub fn text(&self, written: bool) -> String {
         let has_water = self.has_water();
         let heard: &[&str] = if has_water { &["+ kPa", "- kPa", "dB"] } else { &[] };
@@ -451,7 +425,9 @@ impl<'a> SweepTable<'a> {
             row(&mut text, &values.iter().map(String::as_str).collect::<Vec<_>>());
             match run {
                 Run::Finished { observation, heard, .. } => {
-                    cells(observation, heard.as_ref()).for_each(|cell| text.push_str(&format!("{cell:>NUMBER$}")));
+                    let pressure = heard.as_ref().map(pressure_cells).into_iter().flatten();
+                    let cells = velocity_cells(Some(observation)).into_iter().chain(pressure);
+                    cells.for_each(|cell| text.push_str(&format!("{cell:>NUMBER$}")));
                 }
                 Run::Failed { reason } => text.push_str(&format!("  failed: {reason}")),
             }
@@ -479,7 +455,7 @@ impl<'a> SweepTable<'a> {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Part<'a> {
-    Told(Json),
+    Value(Json),
     Points(Points<'a>),
 }
 
@@ -510,24 +486,26 @@ fn others(grid: &Grid, swept: usize, index: usize) -> Vec<String> {
     values.filter(|(axis, _)| *axis != swept).map(|(_, (axis, value))| format!("{} = {value}", axis.key)).collect()
 }
 
-/// What is printed of a run: two peaks, three ratios, and what was heard.
-fn cells(observation: &Observation, heard: Option<&Heard>) -> impl Iterator<Item = String> {
-    let seen = [
+/// The two peaks, mm/s, and the three line ratios of a run.
+fn velocity_cells(observation: Option<&Observation>) -> [String; 5] {
+    [
         ("positive_peak", 1e3, 1),
         ("negative_peak", 1e3, 1),
         ("ratio_1/3", 1.0, 3),
         ("ratio_1/2", 1.0, 3),
         ("ratio_2/3", 1.0, 3),
-    ];
-    let cell = |(key, factor, digits): (&str, f64, usize)| {
-        observation.get(key).map_or("–".into(), |value| fixed(factor * value, digits))
-    };
+    ]
+    .map(|(key, factor, digits)| {
+        let value = observation.and_then(|observation| observation.get(key));
+        value.map_or("–".into(), |value| fixed(factor * value, digits))
+    })
+}
+
+/// The two peaks, kPa, and the level of a pressure.
+fn pressure_cells(pressure: &Heard) -> [String; 3] {
     let kilo = |pascal: f64| fixed(1e-3 * pascal, 2);
-    let heard = heard.map(|heard| {
-        let level = heard.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
-        [kilo(heard.positive_peak_pa), kilo(heard.negative_peak_pa), level]
-    });
-    seen.map(cell).into_iter().chain(heard.into_iter().flatten())
+    let level = pressure.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
+    [kilo(pressure.positive_peak_pa), kilo(pressure.negative_peak_pa), level]
 }
 
 /// SI unit of an axis: as the scene knows the key, else as written; `None` for words.

@@ -6,7 +6,6 @@ use serde_json::{Map, Value, json};
 
 use crate::measurement::sha256;
 
-/// Name of the file.
 pub const FILE: &str = "timing.json";
 
 /// A clock that notes how long each stage took.
@@ -20,8 +19,6 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// Start now.
-    #[must_use]
     pub fn start() -> Self {
         let now = Instant::now();
         Self { started: now, last: now, stages: Map::new(), breakdowns: Map::new(), settings: None }
@@ -50,7 +47,6 @@ impl Timing {
 
     /// What goes into the file, with the digest of all of it: times come out otherwise every time, so nothing else can show that one was
     /// altered.
-    #[must_use]
     pub fn to_json(&self) -> Vec<u8> {
         let mut timing = self.value();
         timing[SEAL] = seal(&timing).into();
@@ -83,13 +79,12 @@ fn seal(value: &Value) -> String {
 }
 
 /// Whether the file is as it was written; `None` where it holds no digest of itself.
-#[must_use]
 pub fn is_as_sealed(bytes: &[u8]) -> Option<bool> {
     let text = String::from_utf8_lossy(bytes);
     let mut timing: Value = serde_json::from_str(&text).ok()?;
     let whole = format!("{timing:#}\n");
-    let told = timing.as_object_mut()?.remove(SEAL)?;
-    Some(whole == text && told.as_str() == Some(&seal(&timing)))
+    let stored = timing.as_object_mut()?.remove(SEAL)?;
+    Some(whole == text && stored.as_str() == Some(&seal(&timing)))
 }
 
 /// Largest resident memory of this process so far, bytes; only Linux tells without further libraries.

@@ -49,7 +49,6 @@ const NOTHING: f64 = 1e-15;
 /// Differences that are printed; `--json` has all.
 const PRINTED: usize = 12;
 
-/// Arguments of `granchain verify`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain verify calibrations/annulus-73khz")]
 pub struct Arguments {
@@ -59,7 +58,6 @@ pub struct Arguments {
     /// Folder with the record and the other inputs, under any names: they are known by their digests [default: where they were]
     #[arg(long, value_name = "DIR")]
     pub inputs: Option<PathBuf>,
-    /// Session flags.
     #[command(flatten)]
     pub session: Session,
 }
@@ -102,10 +100,6 @@ struct Difference {
     found: String,
 }
 
-/// Run it.
-///
-/// # Errors
-/// When the folder holds no calibration, an input is missing or another one, or the calibration cannot be made again.
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, inputs, session } = arguments;
     let folder = std::path::absolute(folder).context("the current folder cannot be told")?;

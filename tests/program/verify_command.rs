@@ -70,13 +70,14 @@ fn altered_files_are_named(bench: &Bench, written: &BTreeMap<String, Vec<u8>>) {
         let at = if name.ends_with(".png") {
             bytes.len() / 2
         } else {
-            // The leading digit of a number with a point, far from the head.
+            // The leading digit of a number with a point, far from the head; a figure may have whole numbers alone.
             let text = String::from_utf8_lossy(bytes).into_owned();
             let point = text.match_indices('.').map(|(at, _)| at).filter(|at| *at > text.len() / 3).find(|at| {
                 let around = [text.as_bytes()[at - 1], *text.as_bytes().get(at + 1).unwrap_or(&b' ')];
                 around.iter().all(u8::is_ascii_digit)
             });
-            point.unwrap() - 1
+            let digit = || (text.len() / 3..).find(|at| text.as_bytes()[*at].is_ascii_digit());
+            point.map(|at| at - 1).or_else(digit).unwrap()
         };
         *bytes = with_another_digit(bytes, at);
     }

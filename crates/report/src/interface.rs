@@ -118,9 +118,6 @@ impl InterfaceGrid {
     }
 
     /// The three files, in a folder `interface`, of one list over the instants a radius.
-    ///
-    /// # Errors
-    /// [`std::io::Error`]: none that bytes in memory can make.
     pub fn files(&self, rows: &[Vec<f64>]) -> std::io::Result<Files> {
         let (radii, times) = (self.radii(), self.times());
         let (name, column) = self.held.names();

@@ -6,7 +6,7 @@
 
 pub mod calibration;
 pub mod figure;
-pub mod heard;
+pub mod hydrophone;
 pub mod interface;
 pub mod mesh;
 pub mod motion;

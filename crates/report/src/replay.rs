@@ -1,6 +1,7 @@
 //! The page and the figures of one run: what the piston and the last bead did, how the pulses ran through the chain, and the spectrum.
 
 use super::{
+    calibration::spectrum::{SpectrumCurve, amplitude_panel},
     figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
     motion::Motion,
     number::{engineering, fixed, significant},
@@ -9,13 +10,11 @@ use super::{
 use granchain_model::response::{Channels, EnergyLedger, ObservedPoint, Response};
 use granchain_signal::{
     Series,
-    feature::{FeatureError, Features, Ratio, amplitude_spectrum},
+    feature::{FeatureError, Features, amplitude_spectrum},
 };
 
 /// Highest frequency drawn, in drive frequencies.
 const HIGHEST_RATIO: f64 = 8.0;
-/// Lowest level drawn, re the drive line: −80 dB.
-const LOWEST_LEVEL: f64 = 1e-4;
 
 /// A run as its page shows it.
 #[derive(Debug)]
@@ -45,9 +44,6 @@ pub struct ReplayReport<'a> {
 
 impl ReplayReport<'_> {
     /// `report.html`, and every figure as SVG and PNG beside it.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a figure cannot be drawn or the spectrum cannot be taken.
     pub fn files(self) -> Result<Files, ReportError> {
         self.page()?.files_beside()
     }
@@ -55,9 +51,10 @@ impl ReplayReport<'_> {
     fn page(self) -> Result<Page, ReportError> {
         let Self { response, seen, features, .. } = self;
         let drive_frequency = features.map_or(self.drive_frequency, |features| features.drive_frequency_hz);
-        let heard = Plate::new("response", response_figure(response, seen)).heard(drive_frequency);
+        let traces = Plate::new("response", response_figure(response, seen)).playable(drive_frequency);
         let chain = chain_figure(response, drive_frequency).map(|figure| Plate::new("chain", figure));
-        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(vec![heard]), Block::Heading("The chain".into())];
+        let mut blocks =
+            vec![Block::Facts(self.facts), Block::Plates(vec![traces]), Block::Heading("The chain".into())];
         blocks.extend(Motion::of(response, self.bead_diameter, self.has_support).map(Block::Motion));
         blocks.push(Block::Plates(chain.into_iter().collect()));
         if let Some(features) = features {
@@ -111,57 +108,51 @@ fn lines_table(features: &Features) -> Table {
     }
 }
 
-fn energy_table(ledger: &EnergyLedger) -> Table {
+/// Where the energy of a run came from and went, and its share of what was supplied.
+pub(crate) fn energy_table(ledger: &EnergyLedger) -> Table {
     let of = |part: fn(&Channels) -> f64| ledger.channels.as_ref().map(part).filter(|energy| *energy != 0.0);
+    let supplied = (ledger.initial_j + ledger.piston_work_j).abs();
     let rows = [
         ("work of the horn's source", of(|channels| channels.source_work_j)),
         ("in the horn at the end", of(|channels| channels.horn_j)),
         ("lost in the horn", of(|channels| channels.horn_lost_j)),
-        ("stored at the start", Some(ledger.initial_j)),
+        ("stored at the start (precompression)", Some(ledger.initial_j)),
         ("work of the piston", Some(ledger.piston_work_j)),
         ("kinetic energy at the end", Some(ledger.kinetic_j)),
         ("stored in the contacts at the end", Some(ledger.stored_j)),
         ("lost in the dashpots", Some(ledger.dissipated_j)),
-        ("lost in the holder's drag", of(|channels| channels.drag_j)),
-        ("lost in friction with the holder", of(|channels| channels.friction_j)),
+        ("lost in the bead guide's drag", of(|channels| channels.drag_j)),
+        ("lost in friction with the bead guide", of(|channels| channels.friction_j)),
         ("lost where contacts yielded", of(|channels| channels.yielding_j)),
         ("lost within the bodies", of(|channels| channels.material_j)),
         ("in the disc at the end", ledger.disc_j),
         ("given to the water", ledger.water_j),
         ("residual (error of the integrator)", Some(ledger.residual_j)),
+        ("largest energy in the chain", Some(ledger.largest_j)),
     ];
-    let row = |(name, value): (&str, Option<f64>)| Some(vec![name.to_owned(), significant(1e9 * value?, 3)]);
+    let row = |(name, value): (&str, Option<f64>)| {
+        let value = value?;
+        let share = if supplied > 0.0 { significant(100.0 * value / supplied, 2) } else { "–".to_owned() };
+        Some(vec![name.to_owned(), significant(1e9 * value, 3), share])
+    };
     Table {
-        caption: "Energy ledger of the run.".into(),
-        columns: vec![Column::words("Energy"), Column::numbers("Value").unit("nJ")],
+        caption: "Energy balance of the run.".into(),
+        columns: vec![
+            Column::words("Energy"),
+            Column::numbers("Value").unit("nJ"),
+            Column::numbers("Share of what was supplied").unit("%"),
+        ],
         rows: rows.into_iter().filter_map(row).collect(),
     }
 }
 
-/// File name (without ending) and figure, for each figure of a run: the response first, the spectrum last.
-///
-/// # Errors
-/// When the spectrum of the last bead's velocity cannot be taken.
-pub fn figures(
-    response: &Response,
-    seen: &Series,
-    features: &Features,
-) -> Result<Vec<(&'static str, Figure)>, FeatureError> {
-    let mut figures = vec![("response", response_figure(response, seen))];
-    figures.extend(chain_figure(response, features.drive_frequency_hz).map(|figure| ("chain", figure)));
-    figures.push(("spectrum", spectrum_figure(response.observed, seen, features)?));
-    Ok(figures)
-}
-
 fn response_figure(response: &Response, seen: &Series) -> Figure {
-    let time = || Axis::new("Time", "µs").times(1e6);
-    let piston = Panel::new(time(), Axis::new("Displacement", "µm").times(1e6)).titled("(a) piston").height(30.0).line(
-        "",
-        trace(&response.piston_displacement),
-        Stroke::new(Colour::Blue),
-    );
+    let piston = Panel::new(Axis::time(), Axis::new("Displacement", "µm").times(1e6))
+        .titled("(a) piston")
+        .height(30.0)
+        .line("", trace(&response.piston_displacement), Stroke::new(Colour::Blue));
     let place = response.observed.name();
-    let seen = Panel::new(time(), Axis::new("Velocity", "mm/s").times(1e3))
+    let seen = Panel::new(Axis::time(), Axis::new("Velocity", "mm/s").times(1e3))
         .titled(format!("(b) {place} of the last bead"))
         .height(45.0)
         .line("", trace(seen), Stroke::new(Colour::Vermillion));
@@ -186,7 +177,7 @@ fn chain_figure(response: &Response, drive_frequency: f64) -> Option<Figure> {
     let first = seen.values.iter().position(|velocity| velocity.abs() > moving)?;
     let onset = seen.time(first);
     let end = (onset + PERIODS_SHOWN / drive_frequency).min(seen.end());
-    let time = || Axis::new("Time", "µs").times(1e6).range(start, end);
+    let time = || Axis::time().range(start, end);
 
     let beads: Vec<(usize, Series)> = response
         .bead_velocity
@@ -259,25 +250,9 @@ fn force_map(response: &Response, start: f64, end: f64) -> Option<Map> {
 
 fn spectrum_figure(observed: ObservedPoint, seen: &Series, features: &Features) -> Result<Figure, FeatureError> {
     let spectrum = amplitude_spectrum(seen, features.window)?;
-    let drive = features.line(Ratio::ONE).map_or(0.0, |line| line.amplitude);
-    let largest = spectrum.amplitudes.iter().copied().fold(drive, f64::max);
-    let highest = HIGHEST_RATIO * features.drive_frequency_hz;
-    let points = spectrum
-        .amplitudes
-        .iter()
-        .enumerate()
-        .map(|(index, amplitude)| (spectrum.frequency(index), amplitude.max(0.1 * LOWEST_LEVEL * largest)))
-        .filter(|(frequency, _)| *frequency <= highest)
-        .collect();
-    let x = Axis::new("Frequency", "kHz").times(1e-3).range(0.0, highest);
-    let y =
-        Axis::new("Velocity amplitude", "mm/s").times(1e3).logarithmic().range(LOWEST_LEVEL * largest, 2.0 * largest);
-    let panel = [Ratio::new(1, 3), Ratio::new(1, 2), Ratio::new(2, 3), Ratio::ONE, Ratio::new(2, 1), Ratio::new(3, 1)]
-        .into_iter()
-        .fold(Panel::new(x, y).height(55.0), |panel, ratio| {
-            panel.mark_x(ratio.value() * features.drive_frequency_hz, ratio.to_string())
-        })
-        .line("", points, Stroke::new(Colour::Vermillion));
+    let drive = features.drive_frequency_hz;
+    let curve = SpectrumCurve { label: String::new(), spectrum: &spectrum, stroke: Stroke::new(Colour::Vermillion) };
+    let panel = amplitude_panel(&[curve], "Velocity amplitude", "m/s", drive, HIGHEST_RATIO * drive).height(55.0);
     Ok(Figure::new(format!("Spectrum of the velocity of the last bead's {}, Hann window over the drive; fractions of the drive frequency marked", observed.name()))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(panel))

@@ -44,7 +44,6 @@ pub fn figure(spectrum: &AmplitudeSpectrum, features: &Features) -> Figure {
         all.take_while(|(f, _)| *f <= highest).map(|(f, a)| (f, level(a.max(0.1 * lowest)))).collect()
     };
     let db = |amplitude: f64| 20.0 * (amplitude / drive).log10();
-    let axis = |highest: f64| Axis::new("Frequency", "kHz").times(1e-3).range(0.0, highest);
 
     let highest = (FRACTIONAL_SPAN * frequency).min(nyquist);
     let marked: Vec<&Line> = features.lines.iter().filter(|line| line.frequency_hz <= highest).collect();
@@ -52,10 +51,12 @@ pub fn figure(spectrum: &AmplitudeSpectrum, features: &Features) -> Figure {
         let chosen = marked.iter().filter(|line| line.below_noise_floor == below);
         chosen.map(|line| (line.frequency_hz, db(line.amplitude.max(lowest)))).collect::<Vec<_>>()
     };
-    let mut relative =
-        Panel::new(axis(highest), Axis::new("Level re the drive line", "dB").range(db(lowest), db(largest) + 8.0))
-            .titled("(a) fractions of the drive frequency")
-            .height(50.0);
+    let mut relative = Panel::new(
+        Axis::frequency(highest),
+        Axis::new("Level re the drive line", "dB").range(db(lowest), db(largest) + 8.0),
+    )
+    .titled("(a) fractions of the drive frequency")
+    .height(50.0);
     for line in &marked {
         // Quarters stand within a label's width of their neighbours: a point, no name.
         if line.ratio.den() < 4 {
@@ -81,10 +82,12 @@ pub fn figure(spectrum: &AmplitudeSpectrum, features: &Features) -> Figure {
 
     let highest = (ABSOLUTE_SPAN * frequency).min(USABLE_NYQUIST_FRACTION * nyquist);
     let (label, unit, factor) = shown(&features.unit);
-    let mut absolute =
-        Panel::new(axis(highest), Axis::new(label, unit).times(factor).logarithmic().range(lowest, 2.5 * largest))
-            .titled("(b) absolute")
-            .height(50.0);
+    let mut absolute = Panel::new(
+        Axis::frequency(highest),
+        Axis::new(label, unit).times(factor).logarithmic().range(lowest, 2.5 * largest),
+    )
+    .titled("(b) absolute")
+    .height(50.0);
     for (name, edge) in [("−6 dB", features.bandwidth_hz), ("−20 dB", features.bandwidth_20db_hz)] {
         if let Some(edge) = edge.filter(|edge| *edge <= highest) {
             absolute = absolute.mark_x(edge, name);
@@ -116,13 +119,10 @@ pub struct SpectrumPage<'a> {
 
 impl SpectrumPage<'_> {
     /// `report.html`, and every figure as SVG and PNG beside it.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a figure cannot be drawn.
     pub fn files(self) -> Result<Files, ReportError> {
         let Self { file, quantity, series, spectrum, features, .. } = self;
         let plates = vec![
-            Plate::new("trace", trace_figure(series, features, quantity)).heard(features.drive_frequency_hz),
+            Plate::new("trace", trace_figure(series, features, quantity)).playable(features.drive_frequency_hz),
             Plate::new("spectrum", figure(spectrum, features)),
         ];
         let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(lines_table(features))];
@@ -138,7 +138,7 @@ impl SpectrumPage<'_> {
 fn trace_figure(series: &Series, features: &Features, quantity: &str) -> Figure {
     let (label, unit, factor) = shown(&features.unit);
     let axis = Axis::new(label.trim_end_matches(" amplitude"), unit).times(factor);
-    let panel = Panel::new(Axis::new("Time", "µs").times(1e6), axis)
+    let panel = Panel::new(Axis::time(), axis)
         .height(44.0)
         .mark_x(features.window.from, "window")
         .mark_x(features.window.to, "end")

@@ -63,9 +63,6 @@ pub struct SweepPage<'a> {
 
 impl SweepPage<'_> {
     /// `report.html`, and every figure as SVG and PNG beside it.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a figure cannot be drawn.
     pub fn files(self) -> Result<Files, ReportError> {
         let plates = self.figures.iter().map(|(name, report)| Plate::new(name.clone(), sweep_figure(report))).collect();
         let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(self.table)];

@@ -31,9 +31,6 @@ pub struct InMemory {
 }
 
 /// Read and check everything that the arguments name; the plan file too, where there is one.
-///
-/// # Errors
-/// A usage error for what contradicts itself; whatever is wrong with plan, scene or records.
 pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(Problem, Vec<(&'static str, Input)>)> {
     let mut plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
     let read = arguments.plan.clone().map(|path| Input { path, sha256: plan.sha256.clone() });
@@ -102,9 +99,6 @@ fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
 }
 
 /// `--uncertainty`, by name.
-///
-/// # Errors
-/// A usage error for a text that is no `NAME=VALUE`.
 pub fn uncertainties(flags: &[String]) -> anyhow::Result<Vec<(String, Number)>> {
     let parsed = flags.iter().map(|text| match text.split_once('=') {
         Some((name, value)) => Ok((name.trim().into(), Number::Text(value.trim().into()))),
@@ -114,9 +108,6 @@ pub fn uncertainties(flags: &[String]) -> anyhow::Result<Vec<(String, Number)>> 
 }
 
 /// The records that flags and plan name, with the drive of each; flags win.
-///
-/// # Errors
-/// A usage error without a record, or with flags that do not fit the number of records.
 fn records(
     arguments: &Arguments,
     plan: &Plan,

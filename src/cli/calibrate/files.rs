@@ -17,7 +17,6 @@ pub struct Stop(pub Arc<dyn Fn() -> bool + Send + Sync>);
 
 impl Stop {
     /// Once the process was asked to.
-    #[must_use]
     pub fn on_interrupt() -> Self {
         Self(Arc::new(interrupt::requested))
     }
@@ -44,9 +43,6 @@ pub struct Files {
 }
 
 /// Fit every candidate from where it was saved.
-///
-/// # Errors
-/// Bodies that cannot be made ready; Ctrl-C; a candidate that cannot be fitted.
 pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut Timing) -> anyhow::Result<Fitted> {
     let problem = &job.problem;
     let bodies = problem.bodies(session.cache().as_ref())?;
@@ -77,9 +73,6 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
 
 impl Files {
     /// Run the answer with the accurate integrator, hold it against the records, and make every file.
-    ///
-    /// # Errors
-    /// When it is to stop; a report that cannot be drawn.
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         stop.check()?;
         let problem = &job.problem;

@@ -14,7 +14,6 @@ use crate::{
     report::page::Files,
 };
 
-/// Name of the file.
 pub const FILE: &str = "manifest.json";
 
 /// Name of the file of printed numbers that is looked for beside a record.
@@ -24,10 +23,8 @@ pub const PUBLISHED: &str = "features.toml";
 const SILENT: [&str; 5] = ["--resume", "--quiet", "--json", "--force", "--strict"];
 const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
 
-/// `manifest.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Program and version.
     pub program: String,
     /// What did the arithmetic: last digits depend on it.
     pub processor: String,
@@ -41,9 +38,6 @@ pub struct Manifest {
 
 impl Manifest {
     /// The manifest of a job and what it made.
-    ///
-    /// # Errors
-    /// When a file that was read is no longer there, or a mesh was changed meanwhile.
     pub fn of(job: &Job, files: &Files) -> anyhow::Result<Self> {
         let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
         Ok(Self {

@@ -150,8 +150,8 @@ fn record_label(record: &Record) -> &'static str {
 /// Where published numbers come from, for the head of a report.
 fn published_notes(published: &PublishedFeatures) -> Vec<String> {
     let mut notes = vec!["Published numbers only: there is no waveform to compare with.".to_owned()];
-    let told = [&published.title, &published.source].map(|text| text.trim().to_owned());
-    notes.extend(told.into_iter().filter(|text| !text.is_empty()));
+    let lines = [&published.title, &published.source].map(|text| text.trim().to_owned());
+    notes.extend(lines.into_iter().filter(|text| !text.is_empty()));
     notes
 }
 
@@ -270,9 +270,6 @@ fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a Pub
 const DRY_RUN: &str = "dry-run.json";
 
 /// Draw drive, record and the uncalibrated response, before any fit.
-///
-/// # Errors
-/// When the run fails or the folder cannot be written.
 pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
     let problem = &job.problem;
     let plan = EnsemblePlan::new(2, problem.seed);
@@ -289,9 +286,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
         );
     }
     let folder = OutputFolder::stage(target, &page_results(DRY_RUN), force)?;
-    for (name, bytes) in report.preview()? {
-        folder.write(name, bytes)?;
-    }
+    folder.write_all(report.preview()?)?;
     folder.write(DRY_RUN, summary::json(&confirmation.simulated_features)?)?;
     let place = folder.finish()?;
     let window: Window = confirmation.window;
@@ -399,10 +394,10 @@ fn farthest(outcome: &CalibrationOutcome) -> String {
         .collect();
     off.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let shown = off.iter().filter(|(.., widened)| *widened).count().clamp(3, 5);
-    let said = off.iter().take(shown).map(|(name, deviation, widened)| {
+    let texts = off.iter().take(shown).map(|(name, deviation, widened)| {
         format!("{name} {deviation:+.1}{}", if *widened { " (down-weighted)" } else { "" })
     });
-    format!("{} SD of a run", said.collect::<Vec<_>>().join(", "))
+    format!("{} SD of a run", texts.collect::<Vec<_>>().join(", "))
 }
 
 /// The fitted features that say most: the peaks, and the lines of a third or of the drive.

@@ -12,7 +12,7 @@ use crate::{
         arguments::usage,
         calibrate::QuantityChoice,
         interrupt::{self, Interrupted},
-        output::{OutputFolder, page_results},
+        output::page_results,
         progress, summary,
     },
     report::number::significant,
@@ -24,9 +24,6 @@ use crate::{
 const DURATIONS: [&str; 2] = ["duration=900us", "duration=480us"];
 
 /// Make, fit and count the records.
-///
-/// # Errors
-/// A usage error for flags that do not go together; a folder that cannot be written; Ctrl-C.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { quantity, records, fit, count, evaluations, model, output, session, part, .. } = arguments;
     let pressure = *quantity == Some(QuantityChoice::Pressure);
@@ -50,8 +47,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
         parameters,
         ..usual
     };
-    let stage = |out| OutputFolder::stage(out, &page_results(SUMMARY), output.force);
-    let folder = output.out.as_deref().map(stage).transpose()?;
+    let folder = output.stage(&page_results(SUMMARY))?;
     let name = if pressure { "water" } else { "annulus" };
     let kind = format!("model.kind={}", model.kind());
     let base = scene::load(name, &[DURATIONS[usize::from(pressure)].into(), kind])?;

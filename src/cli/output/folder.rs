@@ -16,7 +16,11 @@ use super::{
     },
     write_atomically, written_atomically,
 };
-use crate::measurement::read_back::{SMALL, read_back};
+use crate::{
+    cli::interrupt,
+    measurement::read_back::{LARGE, SMALL, read_back},
+    report::page::Files,
+};
 
 /// Longest name of a target, bytes: of `.NAME.partial-RANDOM` file systems take 255.
 const LONGEST_NAME: usize = 230;
@@ -40,18 +44,6 @@ pub fn remove_staged() {
 /// A folder of results in the making: [`write`](Self::write) into it, then [`finish`](Self::finish).
 ///
 /// Dropped unfinished, a staged folder is removed with any parent it had to create; a resumable one is kept.
-///
-/// ```
-/// # use granchain::cli::output::OutputFolder;
-/// # let place = tempfile::tempdir().unwrap();
-/// let target = place.path().join("run1");
-/// let folder = OutputFolder::stage(&target, &["summary.json"], false)?;
-/// folder.write("summary.json", b"{}")?;
-/// assert!(!target.exists());
-/// folder.finish()?;
-/// assert!(target.join("summary.json").exists());
-/// # Ok::<(), granchain::cli::output::OutputError>(())
-/// ```
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
@@ -147,25 +139,21 @@ impl OutputFolder {
     }
 
     /// Where the work lies until it is finished.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.work
     }
 
     /// Where the results will be.
-    #[must_use]
     pub fn target(&self) -> &Path {
         &self.target
     }
 
     /// Folder of work files that are no results.
-    #[must_use]
     pub fn state_path(&self) -> PathBuf {
         self.work.join(STATE)
     }
 
     /// Whether there is something that an earlier run saved.
-    #[must_use]
     pub fn is_resumed(&self) -> bool {
         self.resumed
     }
@@ -180,6 +168,15 @@ impl OutputFolder {
             write_atomically(path, bytes)?;
             Ok(digest(name, bytes))
         })
+    }
+
+    /// Write the files of a page, until Ctrl-C.
+    pub fn write_all(&self, files: Files) -> anyhow::Result<()> {
+        for (name, bytes) in files {
+            self.write(name, bytes)?;
+            interrupt::check()?;
+        }
+        Ok(())
     }
 
     /// Write one file as it comes, whole, as of [`write`](Self::write).
@@ -256,7 +253,6 @@ impl OutputFolder {
     }
 
     /// Whether the state holds anything that a later run could take up.
-    #[must_use]
     pub fn is_saved(&self) -> bool {
         is_saved(&self.state_path()).unwrap_or(true)
     }
@@ -414,6 +410,17 @@ fn begin_state(work: &Path, command: &str) -> Result<(), OutputError> {
     fs::create_dir(&state).map_err(OutputError::io("create the folder", &state))?;
     write_atomically(&state.join(COMMAND), format!("{command}\n").as_bytes())?;
     remove_all(&dropped)
+}
+
+/// Refuse to resume a run whose plan, everything that decides what its results are, is not the one kept at `path`.
+pub fn same_plan(path: &Path, plan: &[u8], run: &str, decided_by: &str) -> anyhow::Result<()> {
+    if read_back(path, LARGE).unwrap_or_default() == plan {
+        return Ok(());
+    }
+    anyhow::bail!(
+        "{}: the {run} to resume has another {decided_by} or program version; give the same flags, or start anew with --force",
+        path.display()
+    )
 }
 
 /// A path as a person would give it: relative where it lies below the current folder.

@@ -2,7 +2,7 @@
 //!
 //! `.granchain` begins with a line that names its form; every further line is the SHA-256 of a file, two spaces and its name below the
 //! folder, so that `sha256sum --check .granchain` understands it too. In place of the digest of `timing.json` stands `sealed`: that file
-//! carries its own, and the list stays the same for equal results. The list of version 0.1.0 held bare names.
+//! carries its own, and the list stays the same for equal results.
 //!
 //! A list may come with a folder from anywhere. It never leads to a file: the files that stand in the folder are looked up in it, and one is
 //! ours only while its digest is the one listed.
@@ -43,7 +43,6 @@ const LARGEST: u64 = 64 << 30;
 pub struct List(BTreeMap<String, BTreeSet<String>>);
 
 impl List {
-    /// Add a file.
     pub fn add(&mut self, name: String, digest: String) {
         self.0.entry(name).or_default().insert(digest);
     }
@@ -55,7 +54,6 @@ impl List {
         }
     }
 
-    /// The names, sorted.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
     }
@@ -65,9 +63,9 @@ impl List {
         self.0.contains_key(name)
     }
 
-    /// Whether a file of the folder is as the list says; `None` where the list does not name it, or has no digest of it.
+    /// Whether a file of the folder is as the list says; `None` where the list does not name it.
     fn is_as_written(&self, folder: &Path, name: &str) -> Result<Option<bool>, OutputError> {
-        let Some(digests) = self.0.get(name).filter(|digests| !digests.is_empty()) else { return Ok(None) };
+        let Some(digests) = self.0.get(name) else { return Ok(None) };
         let path = folder.join(name);
         let plain = fs::symlink_metadata(&path).is_ok_and(|file| file.is_file() && file.len() <= LARGEST);
         Ok(Some(plain && digests.contains(&digest_of_file(name, &path)?)))
@@ -95,15 +93,13 @@ impl List {
         let bytes = read_back(&path, SMALL).map_err(OutputError::io("read", &path))?;
         let text = String::from_utf8(bytes).map_err(|_| damaged(1, "bytes that are no text"))?;
         // Not `lines`, which takes `\r` for part of the end.
-        let lines = || text.split_terminator('\n');
-        let digests = lines().next() == Some(FORM);
         let mut list = Self::default();
-        for (number, line) in lines().enumerate().skip(usize::from(digests)) {
-            match if digests { line.split_once("  ") } else { Some(("", line)) } {
-                // An empty folder of version 0.1.0.
-                Some(("", "")) if !digests => {}
-                Some(("", name)) if !digests && is_plain(name) => _ = list.0.entry(name.into()).or_default(),
-                Some((digest, name)) if is_digest(digest) && is_plain(name) => list.add(name.into(), digest.into()),
+        for (number, line) in text.split_terminator('\n').enumerate() {
+            match line.split_once("  ") {
+                None if number == 0 && line == FORM => {}
+                Some((digest, name)) if number > 0 && is_digest(digest) && is_plain(name) => {
+                    list.add(name.into(), digest.into());
+                }
                 _ => return Err(damaged(number + 1, line)),
             }
         }
@@ -126,7 +122,7 @@ impl Standing {
     /// Look through a folder; nothing stands in one that is not there.
     ///
     /// # Errors
-    /// [`OutputError::NotAFolder`]; a list that is damaged, or too old to tell what is ours; a file of ours that was changed since.
+    /// [`OutputError::NotAFolder`]; a damaged list; a file of ours that was changed since.
     pub fn of(folder: &Path) -> Result<Self, OutputError> {
         if fs::symlink_metadata(folder).is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
             return Ok(Self::default());
@@ -136,19 +132,12 @@ impl Standing {
         }
         let mut standing = Self { list: List::read(folder)?, ..Self::default() };
         for name in files_below(folder)? {
-            let Some(digests) = standing.list.0.get(&name) else {
-                if name != LIST {
-                    standing.foreign.get_or_insert(name);
-                }
-                continue;
-            };
-            if digests.is_empty() {
-                return Err(OutputError::OldList { folder: folder.into(), found: name });
+            match standing.list.is_as_written(folder, &name)? {
+                Some(true) => _ = standing.ours.insert(name),
+                Some(false) => return Err(OutputError::Altered { folder: folder.into(), found: name }),
+                None if name == LIST => {}
+                None => _ = standing.foreign.get_or_insert(name),
             }
-            if standing.list.is_as_written(folder, &name)? == Some(false) {
-                return Err(OutputError::Altered { folder: folder.into(), found: name });
-            }
-            standing.ours.insert(name);
         }
         Ok(standing)
     }
@@ -207,13 +196,6 @@ pub fn is_altered(file: &Path) -> Result<bool, OutputError> {
     let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Some(name) = file.file_name().and_then(|name| name.to_str()) else { return Ok(false) };
     Ok(List::read(folder)?.is_as_written(folder, name)? == Some(false))
-}
-
-/// The list of files with these names and digests, as it stands in a folder.
-pub fn list_text(files: impl Iterator<Item = (String, String)>) -> String {
-    let mut list = List::default();
-    files.for_each(|(name, digest)| list.add(name, digest));
-    list.text()
 }
 
 /// What the list says of a file with these bytes.

@@ -4,19 +4,11 @@
 use std::{borrow::Cow, fmt::Write};
 
 /// Text for people: control characters but the end of a line and the tab, and marks that turn the direction of writing, as `\u{1b}`.
-///
-/// ```
-/// use granchain::cli::output::visible;
-///
-/// assert_eq!(visible("horn \u{1b}[2J tip\n"), "horn \\u{1b}[2J tip\n");
-/// ```
-#[must_use]
 pub fn visible(text: &str) -> Cow<'_, str> {
     escaped(text, |shown, letter| write!(shown, "{}", letter.escape_unicode()))
 }
 
 /// The same of JSON text, whose strings hold no such control characters below U+0020 any more, in the notation of JSON: `\u009b`.
-#[must_use]
 pub fn visible_json(json: &str) -> Cow<'_, str> {
     escaped(json, |shown, letter| write!(shown, "\\u{:04x}", u32::from(letter)))
 }

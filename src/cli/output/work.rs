@@ -53,9 +53,6 @@ pub fn partial(target: &Path) -> Result<(PathBuf, fs::File), OutputError> {
 }
 
 /// Refuse a symbolic link at `path` or anywhere below it: it could lead the run to files that are not ours.
-///
-/// # Errors
-/// [`OutputError::Link`]; a folder that cannot be read.
 pub fn refuse_links(path: &Path) -> Result<(), OutputError> {
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
@@ -164,7 +161,6 @@ pub fn put_back(work: &Path, target: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Rename.
 pub fn rename(from: &Path, to: &Path) -> Result<(), OutputError> {
     instant();
     fs::rename(from, to).map_err(OutputError::io("rename to", to))

@@ -19,11 +19,11 @@ use crate::{
         arguments::{Session, positive_time, usage},
         forecast::Forecast,
         interrupt::{self, Interrupted},
-        output::{NOTHING_SAVED, OutputFolder, write_atomically},
+        output::{NOTHING_SAVED, OutputFolder, same_plan, write_atomically},
         progress, summary,
     },
     measurement::{
-        read_back::{LARGE, SMALL, read_back},
+        read_back::{LARGE, read_back},
         seal::{sealed, unsealed},
         sha256,
     },
@@ -51,7 +51,6 @@ pub struct AnalysisArguments {
 pub const COMMAND: &str = "replay --model fea";
 /// Name of the plan among the state files.
 const PLAN: &str = "plan.json";
-/// Name of the saved state.
 const CHECKPOINT: &str = "checkpoint.json";
 /// Folder of the frames, in the state and in the results.
 const FIELDS: &str = "fields";
@@ -85,7 +84,6 @@ pub struct AnalysisSummary {
 
 /// What a finished analysis leaves.
 pub struct Finished {
-    /// The response.
     pub response: Response,
     /// For `summary.json`.
     pub summary: AnalysisSummary,
@@ -96,9 +94,6 @@ pub struct Finished {
 }
 
 /// Refuse flags that a run of this model does not use.
-///
-/// # Errors
-/// A usage error naming the flag.
 pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<()> {
     let AnalysisArguments { fields, checkpoint, resume, .. } = flags;
     let given = [("--fields", fields.is_some()), ("--checkpoint", checkpoint.is_some()), ("--resume", *resume)];
@@ -111,7 +106,6 @@ pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<(
     }
 }
 
-/// `checkpoint.json`.
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
     simulation: Snapshot,
@@ -138,9 +132,6 @@ pub struct Analysis<'a> {
 
 impl<'a> Analysis<'a> {
     /// Mesh and factor the scene, or take up the state that an earlier run saved in `folder`.
-    ///
-    /// # Errors
-    /// A usage error for an interval that is no whole number of steps; a scene that cannot be analysed; a state of another scene.
     pub fn new(
         scene: &'a Scene,
         flags: &AnalysisArguments,
@@ -158,7 +149,7 @@ impl<'a> Analysis<'a> {
         if let Some(folder) = folder {
             let place = folder.state_path().join(PLAN);
             if is_saved(folder) {
-                same_plan(&place, &plan)?;
+                same_plan(&place, &plan, "run", "scene, mesh file, --fields")?;
                 let state = folder.state_path().join(CHECKPOINT);
                 let bytes = read_back(&state, LARGE).with_context(|| format!("{}: cannot be read", state.display()))?;
                 let of_ours =
@@ -196,9 +187,6 @@ impl<'a> Analysis<'a> {
     }
 
     /// Run to the end.
-    ///
-    /// # Errors
-    /// Ctrl-C, after which the state is saved; a step that had to be given up; files that cannot be written.
     pub fn run(mut self) -> anyhow::Result<Finished> {
         let bar = progress::simulated_time(self.session, "simulated time");
         let outcome = self.advance(&bar);
@@ -223,17 +211,17 @@ impl<'a> Analysis<'a> {
             self.write_frame()?;
         }
         let forecast = Forecast::new(self.session, "the run");
-        let mut said = self.simulation.cuts().len();
+        let mut reported = self.simulation.cuts().len();
         while !self.simulation.is_done() {
             if interrupt::requested() {
                 return Err(self.stopped()?);
             }
             self.simulation.advance()?;
             let taken = self.taken();
-            for cut in &self.simulation.cuts()[said..] {
+            for cut in &self.simulation.cuts()[reported..] {
                 bar.suspend(|| self.session.note(cut_note(cut)));
             }
-            said = self.simulation.cuts().len();
+            reported = self.simulation.cuts().len();
             if self.frame.is_some_and(|steps| taken.is_multiple_of(steps)) {
                 self.write_frame()?;
             }
@@ -351,9 +339,6 @@ impl Analysis<'_> {
 }
 
 /// Take the frames and their list into the results; all of them stay in the state until the results stand.
-///
-/// # Errors
-/// When the file system refuses, or one is missing.
 pub fn take_frames(folder: &OutputFolder, analysis: Option<&AnalysisSummary>) -> anyhow::Result<()> {
     let Some(frames) = analysis.and_then(|analysis| analysis.field_frames) else { return Ok(()) };
     let fields = folder.state_path().join(FIELDS);
@@ -364,7 +349,6 @@ pub fn take_frames(folder: &OutputFolder, analysis: Option<&AnalysisSummary>) ->
 }
 
 /// Whether a state was saved that a later run can take up.
-#[must_use]
 pub fn is_saved(folder: &OutputFolder) -> bool {
     folder.state_path().join(CHECKPOINT).exists()
 }
@@ -399,15 +383,4 @@ fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>) -> anyhow::Res
     summary::json(&serde_json::json!({
         "program": summary::program(), "scene_sha256": summary::scene_digest(scene), "meshes": meshes, "steps_a_frame": frame,
     }))
-}
-
-fn same_plan(path: &Path, plan: &[u8]) -> anyhow::Result<()> {
-    if read_back(path, SMALL).unwrap_or_default() == plan {
-        return Ok(());
-    }
-    bail!(
-        "{}: the run to resume has another scene, mesh file, --fields or program version; give the same flags, or start anew \
-         with --force",
-        path.display()
-    )
 }

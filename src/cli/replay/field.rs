@@ -68,7 +68,6 @@ fn list(text: &str, dimension: Dimension) -> Result<List, ValueError> {
 
 impl FieldArguments {
     /// Whether anything is wanted.
-    #[must_use]
     pub fn is_given(&self) -> bool {
         self.given().is_some()
     }
@@ -88,9 +87,6 @@ impl FieldArguments {
 }
 
 /// Refuse flags of the field for a scene that has none.
-///
-/// # Errors
-/// A usage error naming the flag.
 pub fn refuse_idle(flags: &FieldArguments, scene: &Scene) -> anyhow::Result<()> {
     match flags.given() {
         Some(flag) if scene.water.is_none() => {
@@ -107,9 +103,6 @@ pub type Field = (Vec<(&'static str, Figure)>, Files);
 ///
 /// - `prepared`: the bodies of the scene, asked for only where something is made
 /// - `window`: where the drive is on, s
-///
-/// # Errors
-/// What the second pass or the field says.
 pub fn make(
     flags: &FieldArguments,
     scene: &Scene,
@@ -217,18 +210,12 @@ fn phasors(velocities: &[Series], window: Window, frequency: f64) -> Vec<c64> {
 }
 
 /// Write what was asked for.
-///
-/// # Errors
-/// When a figure cannot be drawn or the folder not be written.
 pub fn write(folder: &OutputFolder, (figures, files): Field) -> anyhow::Result<()> {
     for (name, figure) in figures {
         folder.write(format!("{name}.svg"), figure.to_svg()?)?;
         folder.write(format!("{name}.png"), figure.to_png()?)?;
     }
-    for (name, bytes) in files {
-        folder.write(name, bytes)?;
-    }
-    Ok(())
+    folder.write_all(files)
 }
 
 #[cfg(test)]

@@ -10,7 +10,8 @@ use crate::{
     cli::{
         arguments::{OutputArguments, Session, usage},
         interrupt::{self, Interrupted},
-        output::{OutputFolder, page_results, publish, set_flags},
+        level::level,
+        output::{page_results, publish, set_flags},
         progress, summary,
         timing::Timing,
     },
@@ -24,7 +25,6 @@ use crate::{
     },
 };
 
-/// Arguments of `granchain scene explain`.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// Built-in scene or scene file
@@ -37,25 +37,12 @@ pub struct Arguments {
     #[arg(long)]
     pub measure: bool,
     /// Largest change that may be left out, such as 1%: which effects of the model that needs; implies --measure
-    #[arg(long, value_name = "PERCENT", value_parser = fraction)]
+    #[arg(long, value_name = "PERCENT", value_parser = level)]
     pub accuracy: Option<f64>,
-    /// Where the page goes.
     #[command(flatten)]
     pub output: OutputArguments,
 }
 
-fn fraction(text: &str) -> Result<f64, String> {
-    let (number, scale) = text.trim().strip_suffix('%').map_or((text.trim(), 1.0), |number| (number.trim(), 0.01));
-    match number.parse::<f64>() {
-        Ok(value) if value > 0.0 && value * scale < 1.0 => Ok(value * scale),
-        _ => Err(format!("expected a share between 0 and 1 such as 1% or 0.01, found `{text}`")),
-    }
-}
-
-/// Run it.
-///
-/// # Errors
-/// When the scene is refused or cannot be run, a folder cannot be written, or the user stops it.
 pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyhow::Result<()> {
     let Arguments { scene: name, set, measure, accuracy, output } = arguments;
     let effects = all(scene);
@@ -72,11 +59,7 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
         );
     }
     let mut timing = Timing::start();
-    let folder = output
-        .out
-        .as_deref()
-        .map(|out| OutputFolder::stage(out, &page_results("effects.json"), output.force))
-        .transpose()?;
+    let folder = output.stage(&page_results("effects.json"))?;
     let bar = progress::Bar(progress::bar(session, count(), "effects"));
     let outcome = measured(scene, &bar);
     bar.0.finish_and_clear();

@@ -24,7 +24,6 @@ pub trait Ask {
 pub struct Terminal;
 
 /// The person at the terminal, where there is one who sees questions and can answer.
-#[must_use]
 pub fn terminal() -> Option<Terminal> {
     (stdin().is_terminal() && stderr().is_terminal()).then_some(Terminal)
 }
@@ -46,9 +45,6 @@ impl Ask for Terminal {
 }
 
 /// The words that could have been typed behind `start`: files, bench, what differs on it.
-///
-/// # Errors
-/// When nobody answers.
 pub fn words(ask: &mut dyn Ask) -> anyhow::Result<Vec<String>> {
     let mut words = vec![file(ask, "Record of the last bead, or of a hydrophone (a file)", false)?];
     words.push(file(

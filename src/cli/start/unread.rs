@@ -35,9 +35,6 @@ fn as_of_horn(text: &str) -> String {
 
 impl Unread {
     /// Of a record and, in another file, the horn's; `settled` are flags to type besides. An error that no flag settles comes back as it is.
-    ///
-    /// # Errors
-    /// That error.
     pub fn of(
         bead: Option<MeasurementError>,
         horn: Option<MeasurementError>,
@@ -59,9 +56,6 @@ impl Unread {
     }
 
     /// Of one file whose columns may hold both channels; `is_horn` says whether the first of two columns is rather the horn's.
-    ///
-    /// # Errors
-    /// An error that no flag settles.
     pub fn of_one(error: MeasurementError, is_horn: impl FnOnce([&str; 2]) -> bool) -> Result<Self, anyhow::Error> {
         let columns = two_columns(&error);
         let in_volts = error.remedy().is_some_and(|remedy| remedy.contains("--scale"));

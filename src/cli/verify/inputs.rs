@@ -17,9 +17,6 @@ use crate::{
 const MOST_FILES: usize = 20_000;
 
 /// Check every input where it was when the calibration was made, as seen from the current folder.
-///
-/// # Errors
-/// With the first file that is missing or another one.
 pub fn check(inputs: &BTreeMap<String, InputDigest>) -> anyhow::Result<()> {
     for (role, input) in inputs {
         let place = format!("{}: inputs.{role}", manifest::FILE);
@@ -52,9 +49,6 @@ pub fn check(inputs: &BTreeMap<String, InputDigest>) -> anyhow::Result<()> {
 
 /// Lay out the inputs, found anywhere below `folder` by their digests, as they lay when the calibration was made; `root` becomes that
 /// place's parent. Returns the folder to be in.
-///
-/// # Errors
-/// With the first file that is not there.
 pub fn stage(inputs: &BTreeMap<String, InputDigest>, folder: &Path, root: &Path) -> anyhow::Result<PathBuf> {
     let known = digests(folder)?;
     let ups = |path: &Path| path.components().filter(|part| *part == Component::ParentDir).count();

@@ -8,6 +8,7 @@ use super::{
 use crate::{
     number::{engineering, significant, unit, with_interval},
     page::{Block, Page, Plate, Tone},
+    replay::energy_table,
     sweep::{capitalised, sweep_figure},
 };
 use granchain_signal::feature::Measurand;
@@ -35,8 +36,9 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     blocks.extend(preference(report).map(Block::Paragraph));
     blocks.push(Block::Table(table::laws(&laws)));
     if !outcome.excluded.is_empty() {
-        let said = outcome.excluded.iter().map(|(name, reason)| format!("{name}: no fit. {}", capitalised(reason)));
-        blocks.push(Block::List(said.collect()));
+        let sentences =
+            outcome.excluded.iter().map(|(name, reason)| format!("{name}: no fit. {}", capitalised(reason)));
+        blocks.push(Block::List(sentences.collect()));
     }
     blocks.push(Block::Facts(facts(report, &laws)));
     if !outcome.statements.is_empty() {
@@ -68,9 +70,9 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         );
         section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
     }
-    if let Some(energy) = table::energy(report) {
+    if let Some(ledger) = &report.energy {
         blocks.push(Block::Heading("Energy".into()));
-        blocks.push(Block::Table(energy));
+        blocks.push(Block::Table(energy_table(ledger)));
     }
     provenance(report, &mut blocks);
     Page {
@@ -105,8 +107,8 @@ fn preference(report: &CalibrationReport) -> Option<String> {
     let outcome = &report.outcome;
     let law = sentence(&outcome.preferred_law, "the damping laws", &|law| format!("{} damping", law_name(law)));
     let mount = sentence(&outcome.preferred_mount, "the mounts of the disc", &|mount| format!("the {mount} disc"));
-    let said: Vec<String> = law.into_iter().chain(mount).collect();
-    (!said.is_empty()).then(|| said.join(" "))
+    let sentences: Vec<String> = law.into_iter().chain(mount).collect();
+    (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
 /// A probability in per cent.

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     figure::{
-        Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
+        Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
     },
     number,
     page::Plate,
@@ -17,10 +17,6 @@ use granchain_signal::{
     Series,
     feature::{Measurand, Window, amplitude_spectrum},
 };
-
-fn time() -> Axis {
-    Axis::new("Time", "µs").times(1e6)
-}
 
 fn quantity(measurand: Measurand) -> Axis {
     match measurand {
@@ -32,8 +28,11 @@ fn quantity(measurand: Measurand) -> Axis {
 /// Drive and its spectrum, side by side.
 pub(super) fn drive(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
     let stroke = RECORDED.width(0.7);
-    let displacement =
-        Panel::new(time(), Axis::new("Piston displacement", "µm").times(1e6)).line("", trace(&record.drive), stroke);
+    let displacement = Panel::new(Axis::time(), Axis::new("Piston displacement", "µm").times(1e6)).line(
+        "",
+        trace(&record.drive),
+        stroke,
+    );
     let mut plates = vec![Plate::new("drive", Figure::new("Displacement of the piston at α = 1.").panel(displacement))];
     if let Ok(spectrum) = amplitude_spectrum(&record.drive, Window::whole(&record.drive)) {
         let highest = (4.3 * report.drive_frequency).min(0.5 * record.drive.sample_rate());
@@ -127,7 +126,7 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     };
     let start = main.start;
     let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
-    let whole = overlay(time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
+    let whole = overlay(Axis::time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
     let whole = Figure::new(format!("{both}: the whole record.")).sized(PAGE_WIDTH_MM, 1).panel(whole);
 
     let onset = onset(main);
@@ -135,11 +134,11 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let plateau = record.window.unwrap_or(Window::whole(main));
     let middle = 0.5 * (plateau.from + plateau.to);
     let zoom = |from: f64, periods: f64| {
-        overlay(time().range(from, from + periods * period), RECORDED, SIMULATED.dash(Dash::Dashed)).height(44.0)
+        overlay(Axis::time().range(from, from + periods * period), RECORDED, SIMULATED.dash(Dash::Dashed)).height(44.0)
     };
     let name = measurand.name();
     vec![
-        Plate::new(name, whole).heard(report.drive_frequency),
+        Plate::new(name, whole).playable(report.drive_frequency),
         Plate::new(
             format!("{name}-onset"),
             Figure::new("The first twelve drive periods after the onset.").panel(zoom(ring_up, 13.0)),
@@ -230,7 +229,6 @@ pub(super) fn axis(estimate: &Estimate) -> Axis {
 pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return Vec::new() };
     let key = law.key();
-    let fit = vec![(first.value, second.value)];
     let map = law.drawn.map.as_ref().map(|map| (map.shown(first, second), map.accepted_level));
     let at = |run: &RunPoint| Some((first.factor * run.parameters.first()?, second.factor * run.parameters.get(1)?));
     let runs = &law.drawn.runs;
@@ -239,15 +237,6 @@ pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
     let best: Vec<_> = finished.iter().take(10).map(|(_, at)| *at).collect();
     let others: Vec<_> = finished.iter().skip(10).map(|(_, at)| *at).collect();
     let failed: Vec<_> = runs.iter().filter(|run| run.misfit.is_none()).filter_map(at).collect();
-    let region = |panel: Panel, colour: Colour| match &map {
-        Some((map, level)) => panel.layer(Layer::Contour {
-            label: "90 % region".into(),
-            map: map.clone(),
-            level: *level,
-            stroke: Stroke::new(colour).width(1.1),
-        }),
-        None => panel,
-    };
     let mut plates = Vec::new();
     if !finished.is_empty() {
         let mut panel = Panel::new(
@@ -260,16 +249,14 @@ pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
         if !failed.is_empty() {
             panel = panel.points("failed", failed, Colour::Orange, Marker::Cross);
         }
+        if let Some((map, level)) = &map {
+            panel = panel.layer(region("90 % region", map.clone(), *level, Colour::Vermillion));
+        }
         let title = format!("The whole search box, {}: every run, and the accepted set.", law.name());
-        plates.push(Plate::new(format!("runs-{key}"), Figure::new(title).panel(region(panel, Colour::Vermillion))));
+        plates.push(Plate::new(format!("runs-{key}"), Figure::new(title).panel(panel)));
     }
-    if let Some((map, _)) = &map {
-        let panel = Panel::new(axis(first), axis(second)).height(55.0).layer(Layer::HeatMap {
-            label: "Density over its largest (–)".into(),
-            map: map.clone(),
-            range: Some((0.0, 1.0)),
-        });
-        let panel = region(panel, Colour::Black).points("fit", fit, Colour::Vermillion, Marker::Ring);
+    if let Some((map, level)) = &map {
+        let panel = density([first, second], map, *level).height(55.0);
         let title = format!("Density over both parameters near the fit, {}.", law.name());
         plates.push(Plate::new(format!("density-{key}"), Figure::new(title).panel(panel)));
     }
@@ -280,6 +267,20 @@ pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
     plates
 }
 
+/// Where the density is at least `level`.
+fn region(label: &str, map: Map, level: f64, colour: Colour) -> Layer {
+    Layer::Contour { label: label.into(), map, level, stroke: Stroke::new(colour).width(1.1) }
+}
+
+/// The density over two parameters, its 90 % region and the fit.
+fn density([first, second]: [&Estimate; 2], map: &Map, level: f64) -> Panel {
+    let label = "Density over its largest (–)".into();
+    Panel::new(axis(first), axis(second))
+        .layer(Layer::HeatMap { label, map: map.clone(), range: Some((0.0, 1.0)) })
+        .layer(region("90 % region", map.clone(), level, Colour::Black))
+        .points("fit", vec![(first.value, second.value)], Colour::Vermillion, Marker::Ring)
+}
+
 /// Density over every pair of more than two parameters.
 fn pairs(law: &Law<'_>) -> Option<Plate> {
     if law.drawn.pairs.is_empty() {
@@ -287,25 +288,10 @@ fn pairs(law: &Law<'_>) -> Option<Plate> {
     }
     let title = format!("Density over every pair of parameters near the fit, the others summed over, {}.", law.name());
     let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
-    for PairMap { first, second, map: density } in &law.drawn.pairs {
+    for PairMap { first, second, map } in &law.drawn.pairs {
         let [first, second] = [law.parameters.get(*first)?, law.parameters.get(*second)?];
-        let map = density.shown(first, second);
-        let [x, y] = [axis(first), axis(second)];
-        let panel = Panel::new(x, y)
-            .height(42.0)
-            .layer(Layer::HeatMap {
-                label: "Density over its largest (–)".into(),
-                map: map.clone(),
-                range: Some((0.0, 1.0)),
-            })
-            .layer(Layer::Contour {
-                label: "90 % region".into(),
-                map,
-                level: density.accepted_level,
-                stroke: Stroke::new(Colour::Black).width(1.1),
-            })
-            .points("fit", vec![(first.value, second.value)], Colour::Vermillion, Marker::Ring);
-        figure = figure.panel(panel);
+        let panel = density([first, second], &map.shown(first, second), map.accepted_level);
+        figure = figure.panel(panel.height(42.0));
     }
     Some(Plate::new(format!("pairs-{}", law.key()), figure))
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke},
-    number::{significant, unit, with_interval},
+    number::{significant, with_interval},
     page::{Block, Column, Plate, Table},
 };
 
@@ -69,8 +69,7 @@ fn share_table(law: &Law<'_>) -> Table {
     let together = row("all together", &law.parameters, law.correlation(), law.fit.misfit);
     let mut columns = vec![Column::words("Record")];
     for parameter in &law.parameters {
-        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
-        columns.push(if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) });
+        columns.push(parameter.column());
         columns.push(Column::numbers(format!("Width of {}", parameter.symbol)).unit("ln"));
     }
     columns.push(Column::numbers("Correlation").unit("1"));

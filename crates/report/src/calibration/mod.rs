@@ -9,7 +9,7 @@ mod figures;
 mod input;
 mod joint;
 mod shown;
-mod spectrum;
+pub(crate) mod spectrum;
 mod table;
 
 use super::page::{Files, ReportError};
@@ -22,9 +22,6 @@ pub use shown::law_name;
 
 impl CalibrationReport {
     /// `report.html`, `report.md`, the figures, `report.json` (this data) and the tables as CSV.
-    ///
-    /// # Errors
-    /// [`ReportError`] when no law was fitted, a number is not finite or a figure cannot be drawn.
     pub fn files(&self) -> Result<Files, ReportError> {
         self.check()?;
         let mut files = content::page(self).files()?;
@@ -36,9 +33,6 @@ impl CalibrationReport {
     }
 
     /// The page of a dry run: drive, record and the response of the scene as given, no fit. Needs no law.
-    ///
-    /// # Errors
-    /// [`ReportError`] when a figure cannot be drawn.
     pub fn preview(&self) -> Result<Files, ReportError> {
         content::preview(self).files()
     }

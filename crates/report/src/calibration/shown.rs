@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
-use crate::figure::Map;
+use crate::{figure::Map, number, page::Column};
 use granchain_calibration::predict::observation::watched_of;
 use granchain_calibration::{
     outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
@@ -163,6 +163,17 @@ pub(super) struct Estimate {
     pub bounds: (f64, f64),
     /// Whether the fit leans on an end.
     pub at_bound: bool,
+}
+
+impl Estimate {
+    /// Head of a column of its values.
+    pub(super) fn column(&self) -> Column {
+        let column = Column::words(format!("{} {}", self.name, self.symbol));
+        match number::unit(&self.unit) {
+            unit if unit == "1" => column,
+            unit => column.unit(unit),
+        }
+    }
 }
 
 /// Fitted parameters in the given order.

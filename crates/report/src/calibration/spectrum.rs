@@ -23,7 +23,7 @@ pub(super) const MARKED_LINES: [Ratio; 9] = [
 const DECADES: i32 = 4;
 
 /// A spectrum and how it is drawn.
-pub(super) struct SpectrumCurve<'a> {
+pub(crate) struct SpectrumCurve<'a> {
     /// Name in the legend; empty keeps it out.
     pub label: String,
     pub spectrum: &'a AmplitudeSpectrum,
@@ -38,7 +38,7 @@ pub(super) const SIMULATED: Stroke = Stroke::new(Colour::Vermillion).width(0.9);
 /// Amplitudes (logarithmic, unit of the series) against frequency up to `highest` Hz, with fractions of the drive marked.
 ///
 /// What lies more than four decades below the largest amplitude is drawn at the lower edge.
-pub(super) fn amplitude_panel(
+pub(crate) fn amplitude_panel(
     curves: &[SpectrumCurve<'_>],
     quantity: &str,
     unit: &str,
@@ -48,9 +48,8 @@ pub(super) fn amplitude_panel(
     let top = largest(curves, highest);
     let (factor, shown) = if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) };
     let floor = top * 10f64.powi(-DECADES);
-    let mut panel = Panel::new(frequency_axis(highest), {
-        Axis::new(quantity, shown).times(factor).logarithmic().range(floor, 2.0 * top)
-    });
+    let amplitudes = Axis::new(quantity, shown).times(factor).logarithmic().range(floor, 2.0 * top);
+    let mut panel = Panel::new(Axis::frequency(highest), amplitudes);
     for ratio in MARKED_LINES.iter().filter(|ratio| ratio.value() * drive <= highest) {
         panel = panel.mark_x(ratio.value() * drive, ratio.to_string());
     }
@@ -71,7 +70,7 @@ pub(super) fn level_panel(
     let level = |a: f64| 20.0 * (a / reference).max(1e-12).log10();
     let top = level(largest(curves, highest)).max(0.0);
     let axis = Axis::new(format!("Level re {name}"), "dB").range(top - RANGE, top + 6.0);
-    let mut panel = Panel::new(frequency_axis(highest), axis);
+    let mut panel = Panel::new(Axis::frequency(highest), axis);
     for multiple in [1_u32, 2, 3, 4, 6, 8, 10, 12, 14, 16] {
         let frequency = f64::from(multiple) * drive;
         if frequency <= highest {
@@ -83,14 +82,6 @@ pub(super) fn level_panel(
         panel = panel.line(curve.label.clone(), shown, curve.stroke);
     }
     panel
-}
-
-fn frequency_axis(highest: f64) -> Axis {
-    if highest >= 3e6 {
-        Axis::new("Frequency", "MHz").times(1e-6).range(0.0, highest)
-    } else {
-        Axis::new("Frequency", "kHz").times(1e-3).range(0.0, highest)
-    }
 }
 
 fn largest(curves: &[SpectrumCurve<'_>], highest: f64) -> f64 {

@@ -15,7 +15,7 @@ use granchain_signal::feature::Measurand;
 const NOTHING: &str = "–";
 
 /// As [`shown_unit`]; a pressure here is sound.
-fn heard_unit(unit: &str) -> (f64, &str) {
+fn sound_unit(unit: &str) -> (f64, &str) {
     if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) }
 }
 
@@ -25,7 +25,7 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     let compared = law.compared(std::slice::from_ref(record)).into_iter();
     let rows: Vec<Vec<String>> = compared
         .filter_map(|(name, feature)| {
-            let (factor, shown) = heard_unit(&feature.unit);
+            let (factor, shown) = sound_unit(&feature.unit);
             let factor = if name.ends_with("negative peak") { -factor } else { factor };
             let (measured, expected) = (factor * feature.measured?, factor * feature.expected?);
             let scatter = feature.scatter.unwrap_or(0.0).max(1e-4) * expected.abs();
@@ -67,7 +67,7 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     let rows: Vec<Vec<String>> = watched
         .iter()
         .map(|row| {
-            let (factor, shown) = heard_unit(&row.feature.unit);
+            let (factor, shown) = sound_unit(&row.feature.unit);
             let scatter = row.feature.scatter.filter(|scatter| *scatter > 0.0).map(|scatter| scatter * factor);
             // Digits down to the scatter, but never more than four figures.
             let value = |value: Option<f64>| match (value.map(|value| value * factor), scatter) {
@@ -178,10 +178,7 @@ pub(super) fn rungs(law: &Law<'_>) -> Table {
         let verdict = rung.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
         [rung.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
     });
-    let parameters = law.parameters.iter().map(|parameter| {
-        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
-        if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
-    });
+    let parameters = law.parameters.iter().map(Estimate::column);
     let columns = [Column::words("Rung")]
         .into_iter()
         .chain(parameters)
@@ -201,7 +198,7 @@ pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Tabl
         .map(|(name, [difference, standard_error])| {
             let expected: Vec<_> = rungs.iter().map(|rung| rung.features.get(name)).collect();
             let unit = expected.iter().flatten().next().map_or("1", |feature| feature.unit.as_str());
-            let (factor, shown) = heard_unit(unit);
+            let (factor, shown) = sound_unit(unit);
             let recorded = fit.fitted_features.get(name).and_then(|feature| feature.measured);
             let mut cells =
                 vec![name.replace('_', " "), recorded.map_or(NOTHING.into(), |v| significant(v * factor, 3))];
@@ -241,10 +238,7 @@ pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
         return None;
     }
     let mut columns = vec![Column::numbers("Lobe"), Column::numbers("Probability").unit("%")];
-    columns.extend(law.parameters.iter().map(|parameter| {
-        let column = Column::words(format!("{} {}", parameter.name, parameter.symbol));
-        if unit(&parameter.unit) == "1" { column } else { column.unit(unit(&parameter.unit)) }
-    }));
+    columns.extend(law.parameters.iter().map(Estimate::column));
     let rows = law
         .fit
         .lobes
@@ -266,36 +260,6 @@ pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
         law.name()
     );
     Some(Table { caption, columns, rows })
-}
-
-/// Where the piston's work went.
-pub(super) fn energy(report: &CalibrationReport) -> Option<Table> {
-    let ledger = report.energy.as_ref()?;
-    let supplied = (ledger.initial_j + ledger.piston_work_j).abs();
-    let rows = [
-        ("stored at the start (precompression)", ledger.initial_j),
-        ("work of the piston", ledger.piston_work_j),
-        ("kinetic energy at the end", ledger.kinetic_j),
-        ("stored in the contacts at the end", ledger.stored_j),
-        ("lost in the dashpots", ledger.dissipated_j),
-        ("residual (error of the integrator)", ledger.residual_j),
-        ("largest energy in the chain", ledger.largest_j),
-    ]
-    .into_iter()
-    .map(|(name, value)| {
-        let share = if supplied > 0.0 { significant(100.0 * value / supplied, 2) } else { NOTHING.to_owned() };
-        vec![name.to_owned(), significant(value * 1e9, 3), share]
-    })
-    .collect();
-    Some(Table {
-        caption: "Energy ledger of the calibrated run.".into(),
-        columns: vec![
-            Column::words("Energy"),
-            Column::numbers("value").unit("nJ"),
-            Column::numbers("share of what was supplied").unit("%"),
-        ],
-        rows,
-    })
 }
 
 /// Files read, with their digests.

@@ -40,6 +40,19 @@ impl Axis {
         }
     }
 
+    /// Time in s, shown in µs.
+    #[must_use]
+    pub fn time() -> Self {
+        Self::new("Time", "µs").times(1e6)
+    }
+
+    /// Frequency from 0 to `highest` in Hz, shown in kHz or MHz.
+    #[must_use]
+    pub fn frequency(highest: f64) -> Self {
+        let (factor, unit) = if highest >= 3e6 { (1e-6, "MHz") } else { (1e-3, "kHz") };
+        Self::new("Frequency", unit).times(factor).range(0.0, highest)
+    }
+
     /// The same axis for data of which one, times `factor`, is one of the axis's unit.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {

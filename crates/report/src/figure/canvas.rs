@@ -1,136 +1,90 @@
-//! Points (1/72 inch) on a plotters backend.
+//! Shapes in points (1/72 inch) on a plotters drawing area whose unit is a tenth of a point.
 
-use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingBackend, DrawingErrorKind, text_anchor::HPos};
+use std::convert::Infallible;
 
-use super::font::{CAP_HEIGHT, TextStyle, X_HEIGHT};
+use plotters::{
+    coord::Shift,
+    prelude::{
+        Circle, Color, DrawingArea, DrawingAreaErrorKind, IntoFont, PathElement, Polygon, Rectangle, Text, TextStyle,
+    },
+    style::{
+        FontTransform, RGBColor, ShapeStyle,
+        text_anchor::{HPos, Pos, VPos},
+    },
+};
 
-/// A colour with a stroke width in pixels.
-#[derive(Clone, Copy)]
-struct Pen {
-    colour: (u8, u8, u8),
-    width: u32,
+use super::{FONT_STACK, layout::TEXT, vector::Svg};
+
+pub(super) const UNITS_PER_POINT: f64 = 10.0;
+
+/// Red, green, blue.
+pub(super) type Ink = (u8, u8, u8);
+
+/// What drawing gives.
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<Infallible>>;
+
+/// A sheet addressed in points from its upper left corner.
+pub(super) struct Canvas<'a>(pub DrawingArea<Svg<'a>, Shift>);
+
+/// A length in units.
+pub(super) fn units(points: f64) -> i32 {
+    (points * UNITS_PER_POINT).round() as i32
 }
 
-impl BackendStyle for Pen {
-    fn color(&self) -> BackendColor {
-        BackendColor { alpha: 1.0, rgb: self.colour }
-    }
-
-    fn stroke_width(&self) -> u32 {
-        self.width
-    }
+fn at((x, y): (f64, f64)) -> (i32, i32) {
+    (units(x), units(y))
 }
 
-/// Which part of a text stands at its anchor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
-    Left,
-    Middle,
-    Right,
+pub(super) fn filled((red, green, blue): Ink) -> ShapeStyle {
+    ShapeStyle::from(RGBColor(red, green, blue)).filled()
 }
 
-/// What the backend says when it cannot draw.
-pub(super) type DrawResult<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
-
-/// A backend addressed in points from the upper left corner.
-pub(super) struct Canvas<'a, B: DrawingBackend> {
-    backend: &'a mut B,
-    scale: f64,
+pub(super) fn stroke((red, green, blue): Ink, width: f64) -> ShapeStyle {
+    ShapeStyle::from(RGBColor(red, green, blue)).stroke_width(units(width).max(1) as u32)
 }
 
-impl<'a, B: DrawingBackend> Canvas<'a, B> {
-    pub fn new(backend: &'a mut B, scale: f64) -> Self {
-        Self { backend, scale }
-    }
+/// All text has one size.
+pub(super) fn letters((red, green, blue): Ink) -> TextStyle<'static> {
+    let font = (FONT_STACK, TEXT * UNITS_PER_POINT).into_font();
+    TextStyle { font, color: RGBColor(red, green, blue).to_backend_color(), pos: Pos::new(HPos::Left, VPos::Center) }
+}
 
-    fn at(&self, (x, y): (f64, f64)) -> BackendCoord {
-        ((x * self.scale).round() as i32, (y * self.scale).round() as i32)
-    }
-
-    fn pen(&self, colour: (u8, u8, u8), width: f64) -> Pen {
-        Pen { colour, width: (width * self.scale).round().max(1.0) as u32 }
-    }
-
+impl Canvas<'_> {
     /// A curve, broken up by `dashes` (lengths of strokes and gaps in turn, pt; empty: unbroken).
-    pub fn curve(&mut self, points: &[(f64, f64)], colour: (u8, u8, u8), width: f64, dashes: &[f64]) -> DrawResult<B> {
-        let pen = self.pen(colour, width);
+    pub fn curve(&self, points: &[(f64, f64)], ink: Ink, width: f64, dashes: &[f64]) -> Drawn {
         let pieces = if dashes.is_empty() { vec![points.to_vec()] } else { dashed(points, dashes) };
         for piece in pieces {
-            let mut path: Vec<BackendCoord> = piece.into_iter().map(|point| self.at(point)).collect();
+            let mut path: Vec<_> = piece.into_iter().map(at).collect();
             path.dedup();
             if path.len() > 1 {
-                self.backend.draw_path(path, &pen)?;
+                self.0.draw(&PathElement::new(path, stroke(ink, width)))?;
             }
         }
         Ok(())
     }
 
-    pub fn polygon(&mut self, corners: &[(f64, f64)], colour: (u8, u8, u8)) -> DrawResult<B> {
-        let pen = self.pen(colour, 0.0);
-        let corners: Vec<BackendCoord> = corners.iter().map(|corner| self.at(*corner)).collect();
-        self.backend.fill_polygon(corners, &pen)
+    pub fn polygon(&self, corners: &[(f64, f64)], ink: Ink) -> Drawn {
+        self.0.draw(&Polygon::new(corners.iter().copied().map(at).collect::<Vec<_>>(), filled(ink)))
     }
 
     /// A filled rectangle between two opposite corners.
-    pub fn rectangle(&mut self, from: (f64, f64), to: (f64, f64), colour: (u8, u8, u8)) -> DrawResult<B> {
-        let pen = self.pen(colour, 0.0);
-        let (from, to) = (self.at(from), self.at(to));
-        let upper_left = (from.0.min(to.0), from.1.min(to.1));
-        let lower_right = (from.0.max(to.0), from.1.max(to.1));
-        if upper_left.0 == lower_right.0 || upper_left.1 == lower_right.1 {
-            return Ok(());
-        }
-        self.backend.draw_rect(upper_left, lower_right, &pen, true)
+    pub fn rectangle(&self, from: (f64, f64), to: (f64, f64), ink: Ink) -> Drawn {
+        self.0.draw(&Rectangle::new([at(from), at(to)], filled(ink)))
     }
 
-    pub fn disc(&mut self, centre: (f64, f64), radius: f64, colour: (u8, u8, u8)) -> DrawResult<B> {
-        let pen = self.pen(colour, 0.0);
-        let radius = (radius * self.scale).round().max(1.0) as u32;
-        let centre = self.at(centre);
-        self.backend.draw_circle(centre, radius, &pen, true)
+    pub fn disc(&self, centre: (f64, f64), radius: f64, ink: Ink) -> Drawn {
+        self.0.draw(&Circle::new(at(centre), units(radius).max(1), filled(ink)))
     }
 
-    /// A text whose digits are centred on the height of `position`.
-    pub fn text(
-        &mut self,
-        text: &str,
-        position: (f64, f64),
-        size: f64,
-        anchor: Anchor,
-        colour: (u8, u8, u8),
-    ) -> DrawResult<B> {
-        let shift = 0.5 * (CAP_HEIGHT - X_HEIGHT) * size;
-        self.draw_text(text, (position.0, position.1 + shift), size, anchor, colour, false)
+    /// A text whose capitals are centred on the height of `position`.
+    pub fn text(&self, text: &str, position: (f64, f64), side: HPos, ink: Ink) -> Drawn {
+        self.0.draw(&Text::new(text, at(position), letters(ink).pos(Pos::new(side, VPos::Center))))
     }
 
     /// A text running upwards, centred on `position`.
-    pub(crate) fn text_upwards(
-        &mut self,
-        text: &str,
-        position: (f64, f64),
-        size: f64,
-        colour: (u8, u8, u8),
-    ) -> DrawResult<B> {
-        self.draw_text(text, position, size, Anchor::Middle, colour, true)
-    }
-
-    fn draw_text(
-        &mut self,
-        text: &str,
-        position: (f64, f64),
-        size: f64,
-        anchor: Anchor,
-        colour: (u8, u8, u8),
-        upwards: bool,
-    ) -> DrawResult<B> {
-        let horizontal = match anchor {
-            Anchor::Left => HPos::Left,
-            Anchor::Middle => HPos::Center,
-            Anchor::Right => HPos::Right,
-        };
-        let style = TextStyle { size: size * self.scale, colour, horizontal, upwards };
-        let position = self.at(position);
-        self.backend.draw_text(text, &style, position)
+    pub fn text_upwards(&self, text: &str, position: (f64, f64), ink: Ink) -> Drawn {
+        let style = letters(ink).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
+        self.0.draw(&Text::new(text, at(position), style))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Refusing what cannot be drawn, before anything is.
 
-use super::{Axis, Cell, Figure, FigureError, Fill, Layer, Map, Panel, Scale};
+use super::{Axis, Figure, FigureError, Layer, Map, Panel, Scale, layout::Spread};
 
 /// Every value of every layer can be placed on its axis, every axis has a name and a unit.
 pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<(), FigureError> {
@@ -10,111 +10,40 @@ pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<()
             return Err(FigureError::UnnamedAxis { figure: figure.title.clone(), panel: number, axis: name });
         }
     }
+    let plain = Axis::new("value", "1");
     for (position, layer) in panel.layers.iter().enumerate() {
-        let place = |axis: &Axis, index: usize, value: f64| {
-            if axis.carries(value) {
-                return Ok(());
-            }
-            Err(FigureError::Unplaceable {
-                figure: figure.title.clone(),
-                panel: number,
-                layer: position + 1,
-                index,
-                expected: if axis.scale == Scale::Linear { "number" } else { "positive number" },
-                found: value,
-            })
-        };
-        let plain = Axis::new("value", "1");
+        let (title, layer_number) = (|| figure.title.clone(), position + 1);
+        let mut values_on = &plain;
+        let mut heights_on = &panel.y;
         match layer {
-            Layer::Line { points, .. } => {
-                for (index, (x, y)) in points.iter().enumerate() {
-                    place(&panel.x, index, *x)?;
-                    place(&panel.y, index, *y)?;
-                }
+            Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => grid(figure, number, layer_number, map)?,
+            Layer::Bars { .. } => heights_on = &plain,
+            Layer::Field { cells, .. } if cells.is_empty() => {
+                return Err(FigureError::NoCells { figure: title(), panel: number, layer: layer_number });
             }
-            Layer::Points { points, .. } => {
-                for (index, point) in points.iter().enumerate() {
-                    let (x_low, x_high) = point.x_interval.unwrap_or((point.x, point.x));
-                    let (y_low, y_high) = point.y_interval.unwrap_or((point.y, point.y));
-                    for x in [point.x, x_low, x_high] {
-                        place(&panel.x, index, x)?;
-                    }
-                    for y in [point.y, y_low, y_high] {
-                        place(&panel.y, index, y)?;
-                    }
-                }
-            }
-            Layer::Band { points, .. } => {
-                for (index, (x, low, high)) in points.iter().enumerate() {
-                    place(&panel.x, index, *x)?;
-                    place(&panel.y, index, *low)?;
-                    place(&panel.y, index, *high)?;
-                }
-            }
-            Layer::Bars { bars, .. } => {
-                for (index, bar) in bars.iter().enumerate() {
-                    place(&panel.x, index, bar.from)?;
-                    place(&panel.x, index, bar.to)?;
-                    place(&plain, index, bar.height)?;
-                }
-            }
-            Layer::Strokes { strokes, .. } => {
-                for (index, (x, y)) in strokes.iter().flatten().enumerate() {
-                    place(&panel.x, index, *x)?;
-                    place(&panel.y, index, *y)?;
-                }
-            }
-            Layer::Polygons { polygons, range, .. } => {
-                for (index, polygon) in polygons.iter().enumerate() {
-                    for (x, y) in &polygon.corners {
-                        place(&panel.x, index, *x)?;
-                        place(&panel.y, index, *y)?;
-                    }
-                    let (Fill::Value(value) | Fill::Tint(_, value)) = polygon.fill;
-                    place(&plain, index, value)?;
-                }
-                if let Some((low, high)) = range {
-                    place(&plain, 0, *low)?;
-                    place(&plain, 1, *high)?;
-                }
-            }
-            Layer::Field { colours, cells } => {
-                if cells.is_empty() {
-                    return Err(FigureError::NoCells {
-                        figure: figure.title.clone(),
-                        panel: number,
-                        layer: position + 1,
-                    });
-                }
+            Layer::Field { colours, .. } => {
                 if colours.label.trim().is_empty() || colours.unit.trim().is_empty() {
-                    return Err(FigureError::UnnamedAxis {
-                        figure: figure.title.clone(),
-                        panel: number,
-                        axis: "colour",
-                    });
+                    return Err(FigureError::UnnamedAxis { figure: title(), panel: number, axis: "colour" });
                 }
-                for (index, Cell(corners)) in cells.iter().enumerate() {
-                    for (x, y, value) in corners {
-                        place(&panel.x, index, *x)?;
-                        place(&panel.y, index, *y)?;
-                        place(colours, index, *value)?;
-                    }
-                }
+                values_on = colours;
             }
-            Layer::MarkX { at, .. } => place(&panel.x, 0, *at)?,
-            Layer::MarkY { at, .. } => place(&panel.y, 0, *at)?,
-            Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
-                grid(figure, number, position + 1, map)?;
-                for (index, x) in map.x.iter().enumerate() {
-                    place(&panel.x, index, *x)?;
-                }
-                for (index, y) in map.y.iter().enumerate() {
-                    place(&panel.y, index, *y)?;
-                }
-                for (index, value) in map.values.iter().enumerate() {
-                    place(&plain, index, *value)?;
-                }
+            _ => {}
+        }
+        let mut refused = None;
+        let mut place = |axis: &Axis, index: usize, found: f64| {
+            if refused.is_none() && !axis.carries(found) {
+                let expected = if axis.scale == Scale::Linear { "number" } else { "positive number" };
+                let (figure, panel) = (title(), number);
+                refused = Some(FigureError::Unplaceable { figure, panel, layer: layer_number, index, expected, found });
             }
+        };
+        layer.places(&mut |index, x, y| {
+            x.into_iter().for_each(|x| place(&panel.x, index, x));
+            y.into_iter().for_each(|y| place(heights_on, index, y));
+        });
+        layer.values().into_iter().for_each(|(index, value)| place(values_on, index, value));
+        if let Some(error) = refused {
+            return Err(error);
         }
     }
     Ok(())
@@ -143,7 +72,7 @@ pub(super) fn ends(
     panel: usize,
     axis: &Axis,
     name: &'static str,
-    spread: Option<(f64, f64, f64)>,
+    spread: Option<Spread>,
 ) -> Result<(f64, f64), FigureError> {
     if let Some((low, high)) = axis.range {
         let fits = axis.carries(low) && axis.carries(high) && low < high && axis.factor > 0.0;

@@ -1,18 +1,25 @@
 //! Drawing a laid-out sheet: the one place where layers become strokes and fills.
 
-use plotters_backend::DrawingBackend;
+use plotters::{
+    coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter},
+    prelude::{ChartBuilder, LabelAreaPosition, Ranged},
+    style::text_anchor::HPos,
+};
 
 use super::{
-    Cell, Colour, ErrorPoint, Fill, Layer, Map, Marker, Polygon, band,
-    canvas::{Anchor, Canvas, DrawResult},
+    Cell, Colour, ErrorPoint, Fill, Layer, Map, Marker, Polygon,
+    axis::{Resolved, Tick},
+    band,
+    canvas::{Canvas, Drawn, Ink, letters, stroke, units},
     clip, contour, decimate,
+    font::text_width,
     layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
     palette::{shade, signed, viridis},
 };
 
-const INK: (u8, u8, u8) = (30, 30, 30);
-const MARK_INK: (u8, u8, u8) = (130, 130, 130);
-const WHITE: (u8, u8, u8) = (255, 255, 255);
+const INK: Ink = (30, 30, 30);
+const MARK_INK: Ink = (130, 130, 130);
+const WHITE: Ink = (255, 255, 255);
 const FRAME_WIDTH: f64 = 0.6;
 /// Width of the columns to which a curve is thinned, pt: a quarter of the thinnest stroke's blur in print.
 const COLUMN: f64 = 0.4;
@@ -23,7 +30,7 @@ const SHADES: f64 = 24.0;
 const TINT: f64 = 0.28;
 
 /// Draw the whole sheet on a ground that is white already.
-pub(super) fn sheet<B: DrawingBackend>(sheet: &Sheet<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+pub(super) fn sheet(sheet: &Sheet<'_>, canvas: &Canvas<'_>) -> Drawn {
     for placed in &sheet.panels {
         let layers = &placed.panel.layers;
         let is_ground = |layer: &Layer| {
@@ -44,7 +51,7 @@ pub(super) fn sheet<B: DrawingBackend>(sheet: &Sheet<'_>, canvas: &mut Canvas<'_
     Ok(())
 }
 
-fn draw_layer<B: DrawingBackend>(placed: &Placed<'_>, layer: &Layer, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+fn draw_layer(placed: &Placed<'_>, layer: &Layer, canvas: &Canvas<'_>) -> Drawn {
     let place = |x: f64, y: f64| (placed.x.place(x), placed.y.place(y));
     let frame = &placed.frame;
     match layer {
@@ -163,14 +170,14 @@ fn inside((x, y): (f64, f64)) -> bool {
 }
 
 /// Draw what of a curve (in fractions of the frame) lies inside the frame.
-fn clipped_curve<B: DrawingBackend>(
+fn clipped_curve(
     frame: &Frame,
     points: &[(f64, f64)],
-    colour: (u8, u8, u8),
+    colour: Ink,
     width: f64,
     dashes: &[f64],
-    canvas: &mut Canvas<'_, B>,
-) -> DrawResult<B> {
+    canvas: &Canvas<'_>,
+) -> Drawn {
     let mut piece: Vec<(f64, f64)> = Vec::new();
     for pair in points.windows(2) {
         match clip::segment(pair[0], pair[1]) {
@@ -194,12 +201,7 @@ fn on_sheet(frame: &Frame, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     points.iter().map(|point| frame.at(*point)).collect()
 }
 
-fn error_bars<B: DrawingBackend>(
-    placed: &Placed<'_>,
-    point: &ErrorPoint,
-    colour: Colour,
-    canvas: &mut Canvas<'_, B>,
-) -> DrawResult<B> {
+fn error_bars(placed: &Placed<'_>, point: &ErrorPoint, colour: Colour, canvas: &Canvas<'_>) -> Drawn {
     let (x, y) = (placed.x.place(point.x), placed.y.place(point.y));
     let bars = [
         point.y_interval.map(|(low, high)| ((x, placed.y.place(low)), (x, placed.y.place(high)), (1.3, 0.0))),
@@ -218,12 +220,7 @@ fn error_bars<B: DrawingBackend>(
     Ok(())
 }
 
-fn draw_marker<B: DrawingBackend>(
-    (x, y): (f64, f64),
-    marker: Marker,
-    colour: Colour,
-    canvas: &mut Canvas<'_, B>,
-) -> DrawResult<B> {
+fn draw_marker((x, y): (f64, f64), marker: Marker, colour: Colour, canvas: &Canvas<'_>) -> Drawn {
     let ink = colour.rgb();
     match marker {
         Marker::Disc => canvas.disc((x, y), 2.1, ink),
@@ -247,7 +244,7 @@ fn draw_marker<B: DrawingBackend>(
 }
 
 /// Cells in bands of equal colour, the lowest first, each running on below the higher ones, so that no ground shows between.
-fn field<B: DrawingBackend>(placed: &Placed<'_>, cells: &[Cell], canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+fn field(placed: &Placed<'_>, cells: &[Cell], canvas: &Canvas<'_>) -> Drawn {
     let Some(colours) = &placed.colours else { return Ok(()) };
     let mut bands: Vec<Vec<Vec<(f64, f64)>>> = vec![Vec::new(); BANDS];
     for Cell(corners) in cells {
@@ -268,16 +265,11 @@ fn field<B: DrawingBackend>(placed: &Placed<'_>, cells: &[Cell], canvas: &mut Ca
     Ok(())
 }
 
-fn band_colour(index: usize) -> (u8, u8, u8) {
+fn band_colour(index: usize) -> Ink {
     viridis(index as f64 / (BANDS - 1) as f64)
 }
 
-fn heat_map<B: DrawingBackend>(
-    placed: &Placed<'_>,
-    map: &Map,
-    range: Option<(f64, f64)>,
-    canvas: &mut Canvas<'_, B>,
-) -> DrawResult<B> {
+fn heat_map(placed: &Placed<'_>, map: &Map, range: Option<(f64, f64)>, canvas: &Canvas<'_>) -> Drawn {
     let (low, high) = range.unwrap_or_else(|| layout::map_ends(map));
     let colour = map_colours(low, high);
     let step = |value: f64| (((value - low) / (high - low)).clamp(0.0, 1.0) * SHADES).round();
@@ -302,7 +294,7 @@ fn heat_map<B: DrawingBackend>(
 }
 
 /// Colours of a map whose values lie between these ends.
-fn map_colours(low: f64, high: f64) -> fn(f64) -> (u8, u8, u8) {
+fn map_colours(low: f64, high: f64) -> fn(f64) -> Ink {
     if low < 0.0 && low == -high { signed } else { shade }
 }
 
@@ -315,46 +307,76 @@ fn cell_edges(positions: &[f64]) -> Vec<f64> {
     std::iter::once(first_edge).chain(between).chain([last_edge]).map(|edge| edge.clamp(0.0, 1.0)).collect()
 }
 
-/// Frame, ticks, titles, legend, names of marks, colour bar.
-fn surroundings<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+/// The ticks of an axis as plotters takes them: places from 0 to 1 along it, each with its name.
+struct Ticks(Vec<Tick>);
+
+impl Ranged for Ticks {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, place: &f64, (low, high): (i32, i32)) -> i32 {
+        low + (place * f64::from(high - low)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.0.iter().map(|tick| tick.place).collect()
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        0.0..1.0
+    }
+}
+
+impl ValueFormatter<f64> for Ticks {
+    fn format_ext(&self, place: &f64) -> String {
+        let name = self.0.iter().find(|tick| tick.place == *place).and_then(|tick| tick.name.as_deref());
+        clean(name.unwrap_or_default())
+    }
+}
+
+/// Ticks and their names below a frame and on one side of it, minor ticks shorter.
+fn axes(frame: &Frame, (x, y): (Option<&Resolved>, &Resolved), side: LabelAreaPosition, canvas: &Canvas<'_>) -> Drawn {
+    const ROOM: f64 = 60.0;
+    let (left, top) = (units(frame.left), units(frame.top));
+    let (width, height, room) = (units(frame.width), units(frame.height), units(ROOM));
+    let before = if matches!(side, LabelAreaPosition::Left) { room } else { 0 };
+    let area = canvas.0.clone().shrink((left - before, top), (width + room + 1, height + room + 1));
+    let has_minor = x.into_iter().chain([y]).any(|axis| axis.ticks.iter().any(|tick| tick.name.is_none()));
+    for (is_named, length) in [(false, 0.6 * TICK), (true, TICK)].into_iter().skip(usize::from(!has_minor)) {
+        let ticks = |axis: Option<&Resolved>| {
+            let ticks = axis.into_iter().flat_map(|axis| &axis.ticks);
+            Ticks(ticks.filter(|tick| tick.name.is_some() == is_named).cloned().collect())
+        };
+        ChartBuilder::on(&area)
+            .set_label_area_size(side, room)
+            .set_label_area_size(LabelAreaPosition::Bottom, room)
+            .build_cartesian_2d(ticks(x), ticks(Some(y)))?
+            .configure_mesh()
+            .disable_mesh()
+            .axis_style(stroke(INK, FRAME_WIDTH))
+            .label_style(letters(INK))
+            .set_all_tick_mark_size(units(length))
+            .draw()?;
+    }
+    // The two sides without an axis.
+    let near = if matches!(side, LabelAreaPosition::Left) { 1.0 } else { 0.0 };
+    let sides = [(1.0 - near, 1.0), (near, 1.0), (near, 0.0)].map(|corner| frame.at(corner));
+    canvas.curve(&sides, INK, FRAME_WIDTH, &[])
+}
+
+/// Axes with their titles, legend, names of marks, colour bar.
+fn surroundings(placed: &Placed<'_>, canvas: &Canvas<'_>) -> Drawn {
     let frame = &placed.frame;
-    outline(frame, canvas)?;
-    for tick in &placed.x.ticks {
-        let (x, y) = frame.at((tick.place, 0.0));
-        let length = if tick.name.is_some() { TICK } else { 0.6 * TICK };
-        canvas.curve(&[(x, y), (x, y + length)], INK, FRAME_WIDTH, &[])?;
-    }
-    for tick in &placed.y.ticks {
-        let (x, y) = frame.at((0.0, tick.place));
-        let length = if tick.name.is_some() { TICK } else { 0.6 * TICK };
-        canvas.curve(&[(x, y), (x - length, y)], INK, FRAME_WIDTH, &[])?;
-    }
-    let under = frame.top + frame.height + TICK + 2.0;
-    for tick in &placed.x.ticks {
-        if let Some(name) = &tick.name {
-            canvas.text(
-                &clean(name),
-                (frame.at((tick.place, 0.0)).0, under + 0.4 * LINE),
-                TEXT,
-                Anchor::Middle,
-                INK,
-            )?;
-        }
-    }
-    for tick in &placed.y.ticks {
-        if let Some(name) = &tick.name {
-            let (x, y) = frame.at((0.0, tick.place));
-            canvas.text(&clean(name), (x - TICK - 1.5, y), TEXT, Anchor::Right, INK)?;
-        }
-    }
+    axes(frame, (Some(&placed.x), &placed.y), LabelAreaPosition::Left, canvas)?;
     let (middle_x, middle_y) = frame.at((0.5, 0.5));
     // A title longer than its frame leans to where there is room.
-    let half = 0.5 * super::font::text_width(&placed.x.title, TEXT) + 1.0;
+    let half = 0.5 * text_width(&placed.x.title, TEXT) + 1.0;
     let middle_x = middle_x.min(placed.cell.1 - half).max(placed.cell.0 + half);
-    canvas.text(&clean(&placed.x.title), (middle_x, under + 1.45 * LINE), TEXT, Anchor::Middle, INK)?;
-    canvas.text_upwards(&clean(&placed.y.title), (frame.left - placed.y_title_offset, middle_y), TEXT, INK)?;
+    let below = frame.top + frame.height + 2.0 * TICK + 1.45 * LINE;
+    canvas.text(&clean(&placed.x.title), (middle_x, below), HPos::Center, INK)?;
+    canvas.text_upwards(&clean(&placed.y.title), (frame.left - placed.y_title_offset, middle_y), INK)?;
     if let Some(title) = &placed.panel.title {
-        canvas.text(&clean(title), placed.title_at, TEXT, Anchor::Left, INK)?;
+        canvas.text(&clean(title), placed.title_at, HPos::Left, INK)?;
     }
     for (row, entries) in placed.legend.iter().enumerate() {
         let y = placed.legend_top + row as f64 * LINE;
@@ -365,18 +387,13 @@ fn surroundings<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, 
     for (x, row, index) in &placed.marks {
         if let Layer::MarkX { label, .. } = &placed.panel.layers[*index] {
             let y = frame.top - 5.5 - *row as f64 * (LINE - 1.5);
-            canvas.text(&clean(label), (*x, y), TEXT, Anchor::Middle, INK)?;
+            canvas.text(&clean(label), (*x, y), HPos::Center, INK)?;
         }
     }
     colour_bar(placed, canvas)
 }
 
-fn outline<B: DrawingBackend>(frame: &Frame, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
-    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)].map(|corner| frame.at(corner));
-    canvas.curve(&corners, INK, FRAME_WIDTH, &[])
-}
-
-fn legend_entry<B: DrawingBackend>(layer: &Layer, (x, y): (f64, f64), canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+fn legend_entry(layer: &Layer, (x, y): (f64, f64), canvas: &Canvas<'_>) -> Drawn {
     let Some(label) = layout::legend_label(layer) else { return Ok(()) };
     let middle = (x + 0.5 * SAMPLE, y);
     match layer {
@@ -405,10 +422,10 @@ fn legend_entry<B: DrawingBackend>(layer: &Layer, (x, y): (f64, f64), canvas: &m
         }
         Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Field { .. } => {}
     }
-    canvas.text(&clean(label), (x + SAMPLE + 4.0, y), TEXT, Anchor::Left, INK)
+    canvas.text(&clean(label), (x + SAMPLE + 4.0, y), HPos::Left, INK)
 }
 
-fn colour_bar<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>) -> DrawResult<B> {
+fn colour_bar(placed: &Placed<'_>, canvas: &Canvas<'_>) -> Drawn {
     let Some(colours) = &placed.colours else { return Ok(()) };
     let frame = &placed.frame;
     let bar = Frame { left: frame.left + frame.width + COLOUR_BAR_GAP, width: COLOUR_BAR, ..*frame };
@@ -429,18 +446,11 @@ fn colour_bar<B: DrawingBackend>(placed: &Placed<'_>, canvas: &mut Canvas<'_, B>
         let high = ((index as f64 + 0.5) / SHADES).min(1.0);
         canvas.rectangle(bar.at((0.0, low)), bar.at((1.0, high)), shade(index as f64 / SHADES))?;
     }
-    outline(&bar, canvas)?;
-    let mut widest = 0.0;
-    for tick in &colours.ticks {
-        let (x, y) = bar.at((1.0, tick.place));
-        canvas.curve(&[(x, y), (x + 0.7 * TICK, y)], INK, FRAME_WIDTH, &[])?;
-        if let Some(name) = &tick.name {
-            canvas.text(name, (x + TICK + 0.5, y), TEXT, Anchor::Left, INK)?;
-            widest = f64::max(widest, super::font::text_width(name, TEXT));
-        }
-    }
-    let title_x = bar.left + bar.width + TICK + 2.0 + widest + 0.5 * LINE;
-    canvas.text_upwards(&clean(&colours.title), (title_x, bar.at((0.0, 0.5)).1), TEXT, INK)
+    axes(&bar, (None, colours), LabelAreaPosition::Right, canvas)?;
+    let widest = colours.ticks.iter().filter_map(|tick| tick.name.as_deref());
+    let widest = widest.map(|name| text_width(name, TEXT)).fold(0.0, f64::max);
+    let title_x = bar.left + bar.width + 2.0 * TICK + widest + 0.5 * LINE;
+    canvas.text_upwards(&clean(&colours.title), (title_x, bar.at((0.0, 0.5)).1), INK)
 }
 
 /// A label on one line without control characters, which XML does not carry.

@@ -216,3 +216,74 @@ pub enum Layer {
         range: Option<(f64, f64)>,
     },
 }
+
+impl Layer {
+    /// Every place that the layer takes: index of its item, x, y. Bars, marks and maps take up each axis by itself.
+    pub(super) fn places(&self, see: &mut dyn FnMut(usize, Option<f64>, Option<f64>)) {
+        match self {
+            Self::Line { points, .. } => {
+                points.iter().enumerate().for_each(|(index, (x, y))| see(index, Some(*x), Some(*y)));
+            }
+            Self::Points { points, .. } => {
+                for (index, point) in points.iter().enumerate() {
+                    see(index, Some(point.x), Some(point.y));
+                    let ends = |interval: Option<(f64, f64)>| interval.into_iter().flat_map(|(low, high)| [low, high]);
+                    ends(point.x_interval).for_each(|x| see(index, Some(x), None));
+                    ends(point.y_interval).for_each(|y| see(index, Some(point.x), Some(y)));
+                }
+            }
+            Self::Band { points, .. } => {
+                for (index, (x, low, high)) in points.iter().enumerate() {
+                    [low, high].into_iter().for_each(|y| see(index, Some(*x), Some(*y)));
+                }
+            }
+            Self::Bars { bars, .. } => {
+                for (index, bar) in bars.iter().enumerate() {
+                    [bar.from, bar.to].into_iter().for_each(|x| see(index, Some(x), None));
+                    see(index, None, Some(bar.height));
+                }
+            }
+            Self::MarkX { at, .. } => see(0, Some(*at), None),
+            Self::MarkY { at, .. } => see(0, None, Some(*at)),
+            Self::HeatMap { map, .. } | Self::Contour { map, .. } => {
+                map.x.iter().enumerate().for_each(|(index, x)| see(index, Some(*x), None));
+                map.y.iter().enumerate().for_each(|(index, y)| see(index, None, Some(*y)));
+            }
+            Self::Strokes { strokes, .. } => {
+                let points = strokes.iter().flatten().enumerate();
+                points.for_each(|(index, (x, y))| see(index, Some(*x), Some(*y)));
+            }
+            Self::Field { cells, .. } => {
+                for (index, Cell(corners)) in cells.iter().enumerate() {
+                    corners.iter().for_each(|(x, y, _)| see(index, Some(*x), Some(*y)));
+                }
+            }
+            Self::Polygons { polygons, .. } => {
+                for (index, polygon) in polygons.iter().enumerate() {
+                    polygon.corners.iter().for_each(|(x, y)| see(index, Some(*x), Some(*y)));
+                }
+            }
+        }
+    }
+
+    /// Every value that a colour or a contour stands for, with the index of its item.
+    pub(super) fn values(&self) -> Vec<(usize, f64)> {
+        match self {
+            Self::HeatMap { map, .. } | Self::Contour { map, .. } => map.values.iter().copied().enumerate().collect(),
+            Self::Field { cells, .. } => {
+                let corners = |(index, Cell(corners)): (usize, &Cell)| {
+                    corners.iter().map(|corner| (index, corner.2)).collect::<Vec<_>>()
+                };
+                cells.iter().enumerate().flat_map(corners).collect()
+            }
+            Self::Polygons { polygons, range, .. } => {
+                let ends = range.map_or(Vec::new(), |(low, high)| vec![low, high]);
+                let fills = polygons.iter().map(|polygon| match polygon.fill {
+                    Fill::Value(value) | Fill::Tint(_, value) => value,
+                });
+                fills.enumerate().chain(ends.into_iter().enumerate()).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}

@@ -1,13 +1,13 @@
 //! Where everything stands on the sheet, in points (1/72 inch), before anything is drawn.
 
-use super::{Axis, Cell, Figure, FigureError, Layer, Map, Panel, Polygon, Scale, axis::Resolved, font::text_width};
+use super::{Axis, Cell, Figure, FigureError, Layer, Map, Panel, Scale, axis::Resolved, font::text_width};
 
 /// Size of all text, pt.
 pub(super) const TEXT: f64 = 8.0;
 /// Height of one line of text, pt.
 pub(super) const LINE: f64 = 11.0;
 /// Length of a tick outside the frame, pt.
-pub(super) const TICK: f64 = 3.0;
+pub(super) const TICK: f64 = 2.5;
 /// Width of the sample before a legend entry, pt.
 pub(super) const SAMPLE: f64 = 17.0;
 /// Width of a colour bar, pt.
@@ -15,7 +15,7 @@ pub(super) const COLOUR_BAR: f64 = 7.0;
 /// Distance between frame and colour bar, pt.
 pub(super) const COLOUR_BAR_GAP: f64 = 6.0;
 
-const GAP: f64 = 3.0;
+const GAP: f64 = 2.0;
 /// Left and right of a frame together, about, pt.
 const USUAL_MARGINS: f64 = 44.0;
 const PANEL_GAP: f64 = 9.0;
@@ -131,12 +131,12 @@ pub(super) fn plan(figure: &Figure) -> Result<Sheet<'_>, FigureError> {
     for panel in &mut measured {
         panel.scale_equally(cell - USUAL_MARGINS);
     }
-    let left = |panel: &Measured<'_>| 2.0 + LINE + GAP + panel.tick_width + TICK + 1.0;
+    let left = |panel: &Measured<'_>| 2.0 + LINE + GAP + panel.tick_width + 2.0 * TICK;
     let right = |panel: &Measured<'_>| {
         panel
             .colours
             .as_ref()
-            .map_or(9.0, |colours| COLOUR_BAR_GAP + COLOUR_BAR + TICK + 2.0 + tick_width(colours) + LINE)
+            .map_or(9.0, |colours| COLOUR_BAR_GAP + COLOUR_BAR + 2.0 * TICK + tick_width(colours) + LINE)
     };
     // Frames of a column share their left edge, and their right one where they share the horizontal axis; else only a panel
     // with a colour bar gives way to it.
@@ -193,7 +193,7 @@ fn tick_width(axis: &Resolved) -> f64 {
 
 fn measure<'a>(figure: &Figure, number: usize, panel: &'a Panel) -> Result<Measured<'a>, FigureError> {
     super::check::values(figure, number, panel)?;
-    let ends = |axis: &Axis, name: &'static str, spread: Option<(f64, f64, f64)>| {
+    let ends = |axis: &Axis, name: &'static str, spread: Option<Spread>| {
         super::check::ends(figure, number, axis, name, spread)
     };
     let x_ends = ends(&panel.x, "x", spread_x(panel))?;
@@ -287,7 +287,7 @@ fn place<'a>(measured: Measured<'a>, cell_left: f64, left: f64, width: f64, cell
         x,
         y,
         cell: (cell_left, cell_left + cell),
-        y_title_offset: TICK + 1.0 + tick_width + GAP + 0.5 * LINE,
+        y_title_offset: 2.0 * TICK + tick_width + GAP + 0.5 * LINE,
         legend,
         legend_top: 3.0 + title_height + 0.5 * LINE,
         marks,
@@ -297,87 +297,33 @@ fn place<'a>(measured: Measured<'a>, cell_left: f64, left: f64, width: f64, cell
 }
 
 /// Smallest and largest x, and the share of the span to leave free on both sides.
-fn spread_x(panel: &Panel) -> Option<(f64, f64, f64)> {
+fn spread_x(panel: &Panel) -> Option<Spread> {
     let mut seen = Seen::default();
-    for layer in &panel.layers {
-        match layer {
-            Layer::Line { points, .. } => points.iter().for_each(|point| seen.add(point.0)),
-            Layer::Points { points, .. } => points.iter().for_each(|point| {
-                seen.pad = 0.04;
-                seen.add(point.x);
-                if let Some((low, high)) = point.x_interval {
-                    seen.add(low);
-                    seen.add(high);
-                }
-            }),
-            Layer::Band { points, .. } => points.iter().for_each(|point| seen.add(point.0)),
-            Layer::Bars { bars, .. } => bars.iter().for_each(|bar| {
-                seen.add(bar.from);
-                seen.add(bar.to);
-            }),
-            Layer::Strokes { strokes, .. } => strokes.iter().flatten().for_each(|point| seen.add(point.0)),
-            Layer::Polygons { polygons, .. } => corners(polygons).for_each(|corner| seen.add(corner.0)),
-            Layer::Field { cells, .. } => cells.iter().flat_map(|cell| &cell.0).for_each(|corner| seen.add(corner.0)),
-            Layer::MarkX { .. } | Layer::MarkY { .. } => {}
-            Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
-                map.x.iter().for_each(|position| seen.add(*position));
-            }
-        }
+    for layer in panel.layers.iter().filter(|layer| !matches!(layer, Layer::MarkX { .. })) {
+        layer.places(&mut |_, x, _| x.into_iter().for_each(|x| seen.add(x)));
     }
     // A map spans the frame, whatever points lie on it.
-    if panel.layers.iter().any(|layer| matches!(layer, Layer::HeatMap { .. })) {
-        seen.pad = 0.0;
+    let has = |kind: fn(&Layer) -> bool| panel.layers.iter().any(kind);
+    if has(|layer| matches!(layer, Layer::Points { .. })) && !has(|layer| matches!(layer, Layer::HeatMap { .. })) {
+        seen.pad = 0.04;
     }
     seen.spread()
 }
 
 /// Smallest and largest y among what lies between the ends of the x axis, and the share of the span to leave free.
-fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<(f64, f64, f64)> {
+fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<Spread> {
     let inside = |x: f64| x >= low_x && x <= high_x;
     let mut seen = Seen { pad: 0.05, ..Seen::default() };
-    let mut bars_only = true;
     for layer in &panel.layers {
+        layer.places(&mut |_, x, y| y.into_iter().filter(|_| x.is_none_or(inside)).for_each(|y| seen.add(y)));
         match layer {
-            Layer::Line { points, .. } => points.iter().filter(|p| inside(p.0)).for_each(|point| seen.add(point.1)),
-            Layer::Points { points, .. } => {
-                for point in points.iter().filter(|point| inside(point.x)) {
-                    seen.add(point.y);
-                    if let Some((low, high)) = point.y_interval {
-                        seen.add(low);
-                        seen.add(high);
-                    }
-                }
-            }
-            Layer::Band { points, .. } => {
-                for point in points.iter().filter(|point| inside(point.0)) {
-                    seen.add(point.1);
-                    seen.add(point.2);
-                }
-            }
-            Layer::Bars { bars, .. } => {
-                seen.add(0.0);
-                bars.iter().for_each(|bar| seen.add(bar.height));
-            }
-            Layer::Strokes { strokes, .. } => {
-                strokes.iter().flatten().filter(|p| inside(p.0)).for_each(|point| seen.add(point.1));
-            }
-            Layer::Polygons { polygons, .. } => {
-                corners(polygons).filter(|p| inside(p.0)).for_each(|corner| seen.add(corner.1));
-            }
-            Layer::Field { cells, .. } => {
-                cells.iter().flat_map(|cell| &cell.0).filter(|p| inside(p.0)).for_each(|corner| seen.add(corner.1));
-            }
-            Layer::MarkY { at, .. } => seen.add(*at),
-            Layer::MarkX { .. } => {}
-            Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => {
-                seen.pad = 0.0;
-                map.y.iter().for_each(|position| seen.add(*position));
-            }
+            Layer::Bars { .. } => seen.add(0.0),
+            Layer::HeatMap { .. } | Layer::Contour { .. } => seen.pad = 0.0,
+            _ => {}
         }
-        bars_only &= matches!(layer, Layer::Bars { .. } | Layer::MarkX { .. });
     }
-    let spread = seen.spread();
-    match spread {
+    let bars_only = panel.layers.iter().all(|layer| matches!(layer, Layer::Bars { .. } | Layer::MarkX { .. }));
+    match seen.spread() {
         Some((low, high, pad)) if bars_only && panel.y.scale == Scale::Linear => {
             Some((low, high + 2.0 * pad * (high - low), 0.0))
         }
@@ -386,15 +332,14 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<(f64, f64, f64
 }
 
 /// Smallest and largest value of a field; nothing is left free.
-fn spread_of_values(cells: &[Cell]) -> Option<(f64, f64, f64)> {
+fn spread_of_values(cells: &[Cell]) -> Option<Spread> {
     let mut seen = Seen::default();
     cells.iter().flat_map(|cell| &cell.0).for_each(|corner| seen.add(corner.2));
     seen.spread()
 }
 
-fn corners(polygons: &[Polygon]) -> impl Iterator<Item = &(f64, f64)> {
-    polygons.iter().flat_map(|polygon| &polygon.corners)
-}
+/// Low, high, and the share of the span to leave free on both sides.
+pub(super) type Spread = (f64, f64, f64);
 
 /// The smallest and the largest value met.
 struct Seen {
@@ -415,7 +360,7 @@ impl Seen {
         self.high = self.high.max(value);
     }
 
-    fn spread(&self) -> Option<(f64, f64, f64)> {
+    fn spread(&self) -> Option<Spread> {
         (self.low <= self.high).then_some((self.low, self.high, self.pad))
     }
 }

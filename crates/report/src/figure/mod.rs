@@ -95,19 +95,18 @@ impl Figure {
     }
 
     /// Draw as SVG: one `<svg>` element, no XML header, no external reference, so that it can stand in a page as it is.
-    ///
-    /// # Errors
-    /// [`FigureError`] when there is nothing to draw or a value is not finite.
     pub fn to_svg(&self) -> Result<String, FigureError> {
         vector::render(self)
     }
 
     /// Draw as PNG at four pixels a point (288 dpi at the printed width).
-    ///
-    /// # Errors
-    /// [`FigureError`] when there is nothing to draw or a value is not finite.
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        bitmap::render(self)
+        self.png_of(&self.to_svg()?)
+    }
+
+    /// The same of what [`to_svg`](Self::to_svg) gave.
+    pub(crate) fn png_of(&self, svg: &str) -> Result<Vec<u8>, FigureError> {
+        bitmap::render(svg).map_err(|reason| FigureError::Drawing { figure: self.title.clone(), reason })
     }
 }
 

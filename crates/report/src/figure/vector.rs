@@ -3,21 +3,30 @@
 //! Coordinates are whole numbers, as every plotters backend has them: a tenth of a point is a fortieth of a millimetre. Neighbours of equal
 //! style become one `<path>` with relative steps, and the font is named once, so that a page stays small.
 
-use std::{convert::Infallible, fmt::Write as _};
+use std::{convert::Infallible, fmt::Write};
 
-use plotters_backend::{
-    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind, FontTransform,
-    text_anchor::HPos,
+use maud::html;
+use plotters::{
+    prelude::{DrawingBackend, IntoDrawingArea, WHITE},
+    style::{
+        FontTransform,
+        text_anchor::{HPos, VPos},
+    },
 };
+use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
 
-use super::{FONT_STACK, Figure, FigureError, canvas::Canvas, draw, layout};
-
-const UNITS_PER_POINT: f64 = 10.0;
+use super::{
+    FONT_STACK, Figure, FigureError,
+    canvas::{Canvas, UNITS_PER_POINT},
+    draw,
+    font::{CAP_HEIGHT, text_width},
+    layout,
+};
 
 pub(super) fn render(figure: &Figure) -> Result<String, FigureError> {
     let sheet = layout::plan(figure)?;
     let size = ((sheet.width * UNITS_PER_POINT).ceil() as u32, (sheet.height * UNITS_PER_POINT).ceil() as u32);
-    let head = format!(
+    let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.1}pt\" height=\"{:.1}pt\" viewBox=\"0 0 {} {}\" role=\"img\" font-family=\"{FONT_STACK}\" font-size=\"{}\" stroke-linejoin=\"round\">\n<title>{}</title>\n",
         f64::from(size.0) / UNITS_PER_POINT,
         f64::from(size.1) / UNITS_PER_POINT,
@@ -26,37 +35,29 @@ pub(super) fn render(figure: &Figure) -> Result<String, FigureError> {
         layout::TEXT * UNITS_PER_POINT,
         escape(&figure.title)
     );
-    let mut svg = Svg { size, text: head, style: String::new(), outline: String::new() };
-    let mut canvas = Canvas::new(&mut svg, UNITS_PER_POINT);
-    canvas
-        .rectangle((0.0, 0.0), (sheet.width, sheet.height), (255, 255, 255))
-        .and_then(|()| draw::sheet(&sheet, &mut canvas))
+    let area = Svg { size, text: &mut text, style: String::new(), outline: String::new() }.into_drawing_area();
+    area.fill(&WHITE)
+        .and_then(|()| draw::sheet(&sheet, &Canvas(area.clone())))
+        .and_then(|()| area.present())
         .map_err(|error| FigureError::Drawing { figure: figure.title.clone(), reason: error.to_string() })?;
-    svg.close();
-    svg.text.push_str("</svg>\n");
-    Ok(svg.text)
+    drop(area);
+    text.push_str("</svg>\n");
+    Ok(text)
 }
+
+/// Width of the rim of a filled polygon, units.
+const RIM: u32 = 2;
 
 /// Text safe between tags and in attributes.
 fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '&' => escaped.push_str("&amp;"),
-            '"' => escaped.push_str("&quot;"),
-            letter if letter.is_control() => escaped.push(' '),
-            letter => escaped.push(letter),
-        }
-    }
-    escaped
+    let printable: String = text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
+    html! { (printable) }.into_string()
 }
 
 /// A drawing being written: what is finished, and the path that the next shape of the same style goes on.
-struct Svg {
+pub(super) struct Svg<'a> {
     size: (u32, u32),
-    text: String,
+    text: &'a mut String,
     style: String,
     outline: String,
 }
@@ -64,7 +65,7 @@ struct Svg {
 /// What drawing into memory gives.
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
-impl Svg {
+impl Svg<'_> {
     /// Write the open path.
     fn close(&mut self) {
         if !self.outline.is_empty() {
@@ -83,7 +84,7 @@ impl Svg {
     }
 }
 
-impl DrawingBackend for Svg {
+impl DrawingBackend for Svg<'_> {
     type ErrorType = Infallible;
 
     fn get_size(&self) -> (u32, u32) {
@@ -95,6 +96,7 @@ impl DrawingBackend for Svg {
     }
 
     fn present(&mut self) -> Drawn {
+        self.close();
         Ok(())
     }
 
@@ -111,7 +113,9 @@ impl DrawingBackend for Svg {
     }
 
     fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, corners: I, style: &S) -> Drawn {
-        let outline = self.outline(fill(style.color()));
+        let colour = colour(style.color());
+        // A thin rim, so that no ground shines through between neighbours of other colours.
+        let outline = self.outline(format!("fill=\"{colour}\" stroke=\"{colour}\" stroke-width=\"{RIM}\""));
         steps(corners, outline);
         outline.push('z');
         Ok(())
@@ -127,6 +131,9 @@ impl DrawingBackend for Svg {
         if !filled {
             return self.draw_path([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], style);
         }
+        if left == right || top == bottom {
+            return Ok(());
+        }
         let outline = self.outline(format!("{} shape-rendering=\"crispEdges\"", fill(style.color())));
         let (width, height) = (right - left, bottom - top);
         let _ = write!(outline, "M{left},{top}h{width}v{height}h-{width}z");
@@ -141,22 +148,35 @@ impl DrawingBackend for Svg {
         Ok(())
     }
 
+    fn estimate_text_size<S: BackendTextStyle>(
+        &self,
+        text: &str,
+        style: &S,
+    ) -> Result<(u32, u32), DrawingErrorKind<Infallible>> {
+        Ok((text_width(text, style.size()).round() as u32, style.size().round() as u32))
+    }
+
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn {
         self.close();
-        let anchor = match style.anchor().h_pos {
+        let pos = style.anchor();
+        let anchor = match pos.h_pos {
             HPos::Left => "start",
             HPos::Center => "middle",
             HPos::Right => "end",
         };
+        let capitals_below = match pos.v_pos {
+            VPos::Top => 1.0,
+            VPos::Center => 0.5,
+            VPos::Bottom => 0.0,
+        };
+        let baseline = y + (capitals_below * CAP_HEIGHT * style.size()).round() as i32;
         let turn = match style.transform() {
             FontTransform::Rotate270 => format!(" transform=\"rotate(270, {x}, {y})\""),
             _ => String::new(),
         };
-        let (fill, text) = (fill(style.color()), escape(text).replace('\'', "&apos;"));
-        let _ = writeln!(
-            self.text,
-            "<text x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" {fill}{turn}>{text}</text>"
-        );
+        let (fill, text) = (fill(style.color()), escape(text));
+        let _ =
+            writeln!(self.text, "<text x=\"{x}\" y=\"{baseline}\" text-anchor=\"{anchor}\" {fill}{turn}>{text}</text>");
         Ok(())
     }
 }
@@ -203,13 +223,14 @@ mod tests {
 
     #[test]
     fn neighbours_of_one_style_become_one_path() {
-        let mut svg = Svg { size: (10, 10), text: String::new(), style: String::new(), outline: String::new() };
+        let mut text = String::new();
+        let mut svg = Svg { size: (10, 10), text: &mut text, style: String::new(), outline: String::new() };
         svg.draw_path([(1, 2), (4, 2), (4, 7), (3, 1)], &Black).unwrap();
         svg.draw_path([(9, 9), (10, 10)], &Black).unwrap();
         svg.draw_circle((5, 5), 2, &Black, true).unwrap();
-        svg.close();
+        svg.present().unwrap();
         assert_eq!(
-            svg.text,
+            text,
             "<path fill=\"none\" stroke=\"#000000\" stroke-width=\"6\" d=\"M1,2h3v5l-1-6M9,9l1,1\"/>\n\
              <path fill=\"#000000\" d=\"M3,5a2,2 0 1,1 4,0a2,2 0 1,1 -4,0z\"/>\n"
         );

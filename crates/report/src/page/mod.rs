@@ -83,7 +83,7 @@ impl Plate {
 
     /// The same plate, its traces of a drive of this frequency (Hz) to be played, slowed down.
     #[must_use]
-    pub fn heard(self, drive_frequency: f64) -> Self {
+    pub fn playable(self, drive_frequency: f64) -> Self {
         Self { sound: Some(drive_frequency), ..self }
     }
 }
@@ -131,9 +131,6 @@ struct Drawn<'a> {
 
 impl Page {
     /// `report.html`, `report.md`, and every figure as `figures/NAME.svg` and `figures/NAME.png`.
-    ///
-    /// # Errors
-    /// [`ReportError::Figure`] when a figure cannot be drawn.
     pub fn files(&self) -> Result<Files, ReportError> {
         let drawn = self.drawn()?;
         let mut files: Files = vec![
@@ -145,9 +142,6 @@ impl Page {
     }
 
     /// `report.html`, and every figure as `NAME.svg` and `NAME.png` beside it.
-    ///
-    /// # Errors
-    /// [`ReportError::Figure`] when a figure cannot be drawn.
     pub fn files_beside(&self) -> Result<Files, ReportError> {
         let drawn = self.drawn()?;
         let mut files: Files = vec![(PathBuf::from("report.html"), html::render(self, &drawn).into_bytes())];
@@ -174,7 +168,7 @@ impl Page {
 fn pictures(drawn: Vec<Drawn<'_>>, folder: &str) -> Result<Files, FigureError> {
     let both = |drawn: Drawn<'_>| {
         let file = |extension: &str| PathBuf::from(folder).join(format!("{}.{extension}", drawn.plate.name));
-        let png = drawn.plate.figure.to_png()?;
+        let png = drawn.plate.figure.png_of(&drawn.svg)?;
         Ok([(file("svg"), drawn.svg.into_bytes()), (file("png"), png)])
     };
     let files: Vec<_> = drawn.into_par_iter().map(both).collect::<Result<_, FigureError>>()?;

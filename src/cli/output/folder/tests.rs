@@ -171,19 +171,6 @@ fn a_file_changed_since_is_kept_whatever_the_flag() {
 }
 
 #[test]
-fn files_that_an_old_list_names_are_kept() {
-    let place = tempfile::tempdir().unwrap();
-    let target = place.path().join("run");
-    fs::create_dir(&target).unwrap();
-    fs::write(target.join(LIST), "figures/a b.svg\nx.csv\n").unwrap();
-    fs::write(target.join("x.csv"), "1").unwrap();
-    for force in [false, true] {
-        let refused = stage(&target, force);
-        assert!(matches!(&refused, Err(OutputError::OldList { found, .. }) if found == "x.csv"), "{refused:?}");
-    }
-}
-
-#[test]
 fn times_are_known_by_the_digest_they_carry() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");
