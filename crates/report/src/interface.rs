@@ -17,7 +17,6 @@ pub(crate) const COURANT: f64 = 0.3;
 /// Nodes a disc's radius: 15 a wavelength of 1 MHz in water for a disc of 2 mm.
 pub(crate) const NODES: usize = 10;
 
-/// What the tables hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaceQuantity {
     /// Velocity of the back, m/s, behind a rigid baffle.

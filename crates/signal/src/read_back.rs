@@ -32,7 +32,6 @@ pub fn read_back(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most { refused("more".into()) } else { Ok(bytes) }
 }
 
-/// The same as text.
 pub fn read_back_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read_back(path, most)?).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }

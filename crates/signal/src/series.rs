@@ -33,7 +33,6 @@ impl Series {
         self.start + index as f64 * self.step
     }
 
-    /// Number of samples.
     pub fn len(&self) -> usize {
         self.values.len()
     }

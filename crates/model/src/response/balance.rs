@@ -9,7 +9,6 @@ use super::{Channels, EnergyLedger};
 pub(crate) struct EnergyBalance {
     pub(crate) initial: f64,
     pub(crate) piston_work: f64,
-    /// Lost in the dashpots.
     pub(crate) dissipated: f64,
     pub(crate) kinetic: f64,
     pub(crate) stored: f64,
@@ -27,7 +26,6 @@ impl EnergyBalance {
         Self { initial, kinetic, stored, largest: initial, channels, ..Self::default() }
     }
 
-    /// Works of one step.
     pub(crate) fn step(&mut self, piston_work: f64, dissipated: f64) {
         self.piston_work += piston_work;
         self.dissipated += dissipated;

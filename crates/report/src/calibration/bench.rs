@@ -35,7 +35,6 @@ pub enum DrawnSupport {
     /// A flat, or a body that is not drawn.
     #[default]
     Flat,
-    /// A ring, clamped outside.
     Ring {
         /// Radius of the circle of the sections' centres, m.
         ring_radius: f64,

@@ -59,7 +59,6 @@ impl Axis {
         Self { factor, ..self }
     }
 
-    /// The same axis, logarithmic.
     #[must_use]
     pub fn logarithmic(self) -> Self {
         Self { scale: Scale::Logarithmic, ..self }
@@ -77,7 +76,6 @@ impl Axis {
         Self { named_ticks: Some(ticks), ..self }
     }
 
-    /// Label and unit.
     pub fn title(&self) -> String {
         title(&self.label, &self.unit, 0)
     }

@@ -17,16 +17,13 @@ use super::{FONT_STACK, layout::TEXT, vector::Svg};
 
 pub(super) const UNITS_PER_POINT: f64 = 10.0;
 
-/// Red, green, blue.
 pub(super) type Ink = (u8, u8, u8);
 
-/// What drawing gives.
 pub(super) type Drawn = Result<(), DrawingAreaErrorKind<Infallible>>;
 
 /// A sheet addressed in points from its upper left corner.
 pub(super) struct Canvas<'a>(pub DrawingArea<Svg<'a>, Shift>);
 
-/// A length in units.
 pub(super) fn units(points: f64) -> i32 {
     (points * UNITS_PER_POINT).round() as i32
 }

@@ -8,7 +8,6 @@ pub enum Dash {
     Solid,
     Dashed,
     Dotted,
-    /// Dash, dot.
     DashDotted,
 }
 
@@ -53,7 +52,6 @@ impl Stroke {
     }
 }
 
-/// Shape of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     Disc,
@@ -80,7 +78,6 @@ pub struct ErrorPoint {
 }
 
 impl ErrorPoint {
-    /// A point without bars.
     #[must_use]
     pub const fn exact(x: f64, y: f64) -> Self {
         Self { x, y, y_interval: None, x_interval: None }
@@ -121,7 +118,6 @@ pub enum Fill {
     Value(f64),
 }
 
-/// A filled polygon.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     /// Corners (x, y) in order; closed by itself.

@@ -46,7 +46,6 @@ pub(crate) const COLUMN_WIDTH_MM: f64 = 85.0;
 /// Width of both columns of a journal page, mm.
 pub const PAGE_WIDTH_MM: f64 = 174.0;
 
-/// Panels on one sheet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// What the figure shows, in one sentence: the caption, and the title element of the SVG for those who cannot see it.
@@ -151,7 +150,6 @@ impl Panel {
         self.layer(Layer::Line { label: label.into(), points, stroke })
     }
 
-    /// Add single points.
     #[must_use]
     pub fn points(self, label: impl Into<String>, points: Vec<(f64, f64)>, colour: Colour, marker: Marker) -> Self {
         let points = points.into_iter().map(|(x, y)| ErrorPoint::exact(x, y)).collect();

@@ -66,7 +66,6 @@ pub(super) struct Svg<'a> {
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
 impl Svg<'_> {
-    /// Write the open path.
     fn close(&mut self) {
         if !self.outline.is_empty() {
             let _ = writeln!(self.text, "<path {} d=\"{}\"/>", self.style, self.outline);

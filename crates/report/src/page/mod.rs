@@ -43,7 +43,6 @@ pub enum ReportError {
     Csv(#[from] csv::Error),
 }
 
-/// A table's bytes.
 pub fn csv_bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
     table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
 }
@@ -67,7 +66,6 @@ pub enum Tone {
 pub struct Plate {
     /// File name without extension, unique in the page.
     pub name: String,
-    /// Caption, a few sentences.
     pub caption: String,
     pub figure: Figure,
     /// Drive frequency of the time traces in its last panel, Hz, where they can be played as sound.
@@ -113,12 +111,10 @@ pub enum Block {
     Code(String),
 }
 
-/// A whole report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
     pub title: String,
     pub subtitle: String,
-    /// Content, in reading order.
     pub blocks: Vec<Block>,
 }
 

@@ -1,6 +1,5 @@
 //! Tables with units in their heads and numbers aligned at the decimal point.
 
-/// A column's head.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     pub title: String,
@@ -11,13 +10,11 @@ pub struct Column {
 }
 
 impl Column {
-    /// A column of words.
     #[must_use]
     pub fn words(title: impl Into<String>) -> Self {
         Self { title: title.into(), unit: None, numeric: false }
     }
 
-    /// A column of numbers.
     #[must_use]
     pub fn numbers(title: impl Into<String>) -> Self {
         Self { title: title.into(), unit: None, numeric: true }
@@ -29,7 +26,6 @@ impl Column {
         Self { unit: Some(unit.into()), ..self }
     }
 
-    /// Title and unit.
     pub(super) fn head(&self) -> String {
         match &self.unit {
             Some(unit) => format!("{} ({unit})", self.title),

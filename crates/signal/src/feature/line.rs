@@ -200,7 +200,6 @@ pub struct AbsentLine {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LineTable {
-    /// Measured, by ascending ratio.
     pub lines: Vec<Line>,
     /// Not measured, by ascending ratio.
     pub absent: Vec<AbsentLine>,

@@ -21,7 +21,6 @@ impl Measurand {
         }
     }
 
-    /// Its SI unit.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Velocity => "m/s",

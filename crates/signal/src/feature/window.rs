@@ -24,7 +24,6 @@ impl Window {
         Self { from, to }
     }
 
-    /// The whole series.
     pub fn whole(series: &Series) -> Self {
         Self { from: series.start, to: series.end() }
     }
