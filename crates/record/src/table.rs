@@ -11,7 +11,7 @@ use csv::{ByteRecord, ReaderBuilder};
 use super::{
     Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
     column::{Chosen, Column, choose},
-    decimal::{self, number},
+    decimal::{self, Exact, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
@@ -44,6 +44,8 @@ pub(super) struct Table {
     pub chosen: Chosen,
     /// Times, s; none where `grid` says them.
     pub times: Vec<f64>,
+    /// What has been taken off all `times` (as written, and in s), where a double would not hold them: seconds since 1970.
+    pub origin: Option<(Exact, f64)>,
     /// First instant and step (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
     /// Unit of the last digit of the instants, s, where they are not even; 0 where they are, or where it is not known.
@@ -231,7 +233,14 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
-    let mut chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
+    let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
+    let timed = grid.is_some() || clocks.iter().any(Option::is_some);
+    let mut chosen = choose(path, header_at, &mut columns, kind, options, timed, stated)?;
+    let own = clocks.get(chosen.value).copied().flatten();
+    if own.is_some() {
+        chosen.time = None;
+    }
+    let grid = own.or(grid);
 
     let counter = preamble.as_ref().and_then(|preamble| preamble.counter).filter(|it| chosen.time == Some(it.0));
     if let Some((_, _, step)) = counter {
@@ -281,6 +290,7 @@ pub(super) fn read(
         _ => usize::MAX,
     };
 
+    let remarks = preamble.as_ref().is_some_and(|preamble| preamble.remarks);
     // Some rows end with delimiters, some are filled up to the width of a longer header.
     let beyond = rows.record.iter().skip(columns.len());
     let trailing = rows.record.len() > columns.len() && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
@@ -303,6 +313,7 @@ pub(super) fn read(
         comments,
         columns,
         times: Vec::with_capacity(if chosen.time.is_some() { expected } else { 0 }),
+        origin: None,
         grid: grid.filter(|_| chosen.time.is_none()),
         digit: 0.0,
         chosen,
@@ -314,8 +325,14 @@ pub(super) fn read(
         warnings: Vec::new(),
         open_end: open_end(whole),
     };
+    if let Some((start, step)) = own {
+        let name = &table.columns[table.chosen.value].header;
+        let text =
+            format!("instants from the clock that the preamble states of `{name}`: {start:e} s and every {step:e} s");
+        table.assumptions.push(text);
+    }
     rows.blanks_count = table.chosen.time.is_none();
-    let taking = Taking { path, dialect, trailing, missing: options.missing };
+    let taking = Taking { path, dialect, trailing, missing: options.missing, remarks };
     let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
         if row >= passed_over {
@@ -351,15 +368,11 @@ pub(super) fn read(
     }
     table.settle_times(path, gap.standing, options, |column| {
         let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
-        let (mut digits, mut powers) = (Vec::new(), false);
+        let mut digits = decimal::LastDigits::default();
         while rows.advance() {
-            let cell = text_of(&rows, column);
-            if let Some(unit) = decimal::last_digit(cell, dialect.decimal) {
-                digits.push(unit);
-                powers |= cell.contains(['e', 'E']);
-            }
+            digits.add(text_of(&rows, column), dialect.decimal);
         }
-        (digits, powers)
+        digits.units()
     })?;
     Ok((table, kind))
 }

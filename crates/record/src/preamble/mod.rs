@@ -52,11 +52,15 @@ pub(super) struct Preamble {
     pub units: Option<(String, String)>,
     /// First instant and sample interval (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
+    /// First instant and sample interval (s) of the columns of `header` whose instants do not stand in the rows, where they differ.
+    pub clocks: Vec<Option<(f64, f64)>>,
     /// Column that counts the samples from `Start`, and first instant and step (s) of its counts.
     pub counter: Option<(usize, f64, f64)>,
     /// Sample interval of the acquisition, s.
     pub interval: Option<f64>,
     pub points: Option<usize>,
+    /// Whether a remark may stand behind the cells of a row.
+    pub remarks: bool,
     /// The segment that the table is, where there are several, and how many.
     pub segment: Option<(usize, usize)>,
     /// Number of segments in the table and rows of each.
