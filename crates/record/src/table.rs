@@ -18,7 +18,7 @@ use super::{
     place::SampleLines,
     preamble::{self, Preamble},
     samples::{BRIDGED, Gap, Taking},
-    separated,
+    sampling, separated,
     universal::{self, UniversalText},
 };
 
@@ -335,6 +335,14 @@ pub(super) fn read(
     let taking = Taking { path, dialect, trailing, missing: options.missing, remarks };
     let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
+        if row >= passed_over && table.is_over(&rows, dialect) {
+            let line = rows.line;
+            let found = shortened(text_of(&rows, 0), LONGEST_NAME);
+            table
+                .warnings
+                .push(format!("the rows end above line {line} (`{found}`): what stands from there on is passed over"));
+            break;
+        }
         if row >= passed_over {
             table.take(&taking, &rows, &mut gap).map_err(|error| match error {
                 MeasurementError::TimeNotIncreasing { .. } if several => MeasurementError::Segments {
@@ -375,6 +383,41 @@ pub(super) fn read(
         digits.units()
     })?;
     Ok((table, kind))
+}
+
+impl Table {
+    /// Whether the record is over at a row of words: what is below is text, or another table with a header of its own. Rows that go on in time
+    /// below a word are the same table with a wrong cell, and a header that is there again is that of another record.
+    fn is_over(&self, rows: &Rows<'_>, dialect: Dialect) -> bool {
+        let Some(time) = self.chosen.time else { return false };
+        // Keys may stand beside the rows.
+        let first = text_of(rows, time);
+        let is_word = |cell: &str| cell.starts_with(char::is_alphabetic) && !is_missing(cell);
+        if self.values.len() < sampling::FEWEST || !is_word(first) || number(first, dialect.decimal).is_some() {
+            return false;
+        }
+        let same = |(at, cell): (usize, &[u8])| self.columns.get(at).is_some_and(|column| column.header == text(cell));
+        if rows.record.iter().enumerate().all(same) || rows.is_cut() {
+            return false;
+        }
+        let from = usize::try_from(rows.reader.position().byte()).unwrap_or(usize::MAX).min(rows.bytes.len());
+        let mut below = Rows::new(&rows.bytes[from..], rows.line, dialect.delimiter);
+        let is_row = |row: &Rows<'_>| {
+            row.record.len() >= self.columns.len()
+                && row.record.iter().all(|cell| number(text(cell), dialect.decimal).is_some())
+        };
+        let mut words = 1;
+        while below.advance() {
+            if is_row(&below) {
+                let instant =
+                    number(text_of(&below, time), dialect.decimal).map_or(f64::NAN, |it| it * self.chosen.time_factor);
+                // A header and its units, or instants that begin anew.
+                return words > 1 || self.times.last().is_some_and(|last| instant <= last + self.origin());
+            }
+            words += 1;
+        }
+        true
+    }
 }
 
 /// The columns and where they stand.

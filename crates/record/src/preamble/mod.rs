@@ -15,6 +15,7 @@
 //! | Siglent | `Record Length,Analog:` | names, units, sample interval, number of points |
 //! | Tektronix | `Record Length`, `Sample Interval` | units, sample interval, number of points |
 //! | Yokogawa | `TraceName`, `HResolution` | names, units, instants, number of points |
+//! | Moku, COMSOL | several lines of `%` | names |
 //! | any other | a header that names a time or a counter, as wide as the rows below | – |
 //!
 //! Other Rohde & Schwarz and PicoScope need nothing: their headers are `in s,C1 in V` and `Time,Channel A` with units below.
@@ -25,6 +26,7 @@ mod hantek;
 mod keysight;
 mod labview;
 mod lecroy;
+mod percent;
 mod polytec;
 mod rigol;
 mod rohde_schwarz;
@@ -179,7 +181,9 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         // A title may precede Infiniium's first key.
         return keysight::infiniium(path, &whole).map(Some);
     }
-    let known = if begins(&["Memory Length", "Format,"]) {
+    let known = if first.starts_with('%') {
+        percent::percent(&whole)
+    } else if begins(&["Memory Length", "Format,"]) {
         gwinstek::gwinstek(path, &whole)?
     } else if begins(&["Record Length,Analog", "Record Length,CH", "Record Length;Analog"]) {
         siglent::siglent(&whole)

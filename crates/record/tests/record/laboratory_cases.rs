@@ -215,3 +215,37 @@ fn binary_files_of_instruments_are_named() {
         assert!(refused.contains(name), "{refused}");
     }
 }
+
+#[test]
+fn what_stands_below_the_rows_is_named_and_passed_over() {
+    let rows = file("x-axis,1\nsecond,Volt", 400, |i| format!("{}E-06,{:.6}", i, volts(i)));
+    let spectrum = file("x-axis,F1\nHertz,decibel", 50, |i| format!("{:+.3}E+03,{:.4E}", 2.5 * (i + 1) as f64, -40.0));
+    for below in [
+        &spectrum,
+        "Anlg Ch State  Units/Div  Position\n Ch 1:    On     200mV/    0.0V\n\nTime Time Ref Main S/div\n Main Center  40.00us/\n",
+        "EOF\n",
+        "Max,4.0e-3\n",
+    ] {
+        let record = read("a.csv", &format!("{rows}{below}"), &scaled()).unwrap_or_else(|error| panic!("{error}"));
+        assert_record(&record, 400, 0.0, 1e-6, 1.0);
+        let named = |warning: &String| warning.contains("the rows end above line 403");
+        assert!(record.warnings.iter().any(named), "{:?}", record.warnings);
+    }
+    // A word between rows that go on in time, and a second record, are refused.
+    for below in ["abc,0.1\n400E-06,0.1\n", &rows] {
+        assert!(read("a.csv", &format!("{rows}{below}"), &scaled()).is_err(), "{below}");
+    }
+}
+
+#[test]
+fn the_last_of_several_lines_of_percent_signs_names_the_columns() {
+    let moku = file("% Moku:Go Oscilloscope\n% Input 1, DC coupling\n% Time (s), Input 1 (V), Input 2 (V)", 400, |i| {
+        format!("{:.10e}, {:.6e}, {:.6e}", 1e-6 * i as f64 - 1e-4, volts(i), 0.5 * volts(i))
+    });
+    assert_record(&read("a.csv", &moku, &channel("Input 1 (V)")).unwrap(), 400, -1e-4, 1e-6, 1.0);
+    let comsol =
+        file("% Model:              horn.mph\n% Time (s)              Velocity, z component (m/s)", 400, |i| {
+            format!("{:.10E}       {:.10E}", 1e-6 * i as f64, volts(i))
+        });
+    assert_record(&read("a.txt", &comsol, &ReadOptions::default()).unwrap(), 400, 0.0, 1e-6, 1.0);
+}

@@ -234,8 +234,8 @@ fn repeated_and_decreasing_time() {
     );
     assert_eq!(
         refused(&with_row(40, "0.002,1")),
-        "vib.csv:43: column `time_ms`: expected a time later than 3.9e-5 s, found 2e-6 s; sort the rows by time, or keep one \
-         sweep only"
+        "vib.csv:43: column `time_ms`: expected a time later than 3.9e-5 s, found 2e-6 s; the instants fall or jump: \
+         keep one sweep only, or correct the sign or the unit of the time column"
     );
 }
 
