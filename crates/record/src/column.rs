@@ -31,6 +31,8 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
         // In small letters as in `pressure_kpa`; `mpa` may be either of two.
         "pa" => Unit::parse("Pa"),
         "kpa" => Unit::parse("kPa"),
+        "hertz" => Unit::parse("Hz"),
+        "decibel" => Unit::parse("dB"),
         "ips" => Unit::parse("in/s"),
         // A point between factors, as in French.
         lower if lower.contains(".s-") => Unit::parse(&text.trim().replace('.', "·")),

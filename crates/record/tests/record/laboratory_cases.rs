@@ -249,3 +249,10 @@ fn the_last_of_several_lines_of_percent_signs_names_the_columns() {
         });
     assert_record(&read("a.txt", &comsol, &ReadOptions::default()).unwrap(), 400, 0.0, 1e-6, 1.0);
 }
+
+#[test]
+fn a_spectrum_in_hertz_and_decibel_is_called_one() {
+    let text = file("x-axis,F1\nHertz,decibel", 200, |i| format!("{:+.3}E+03,{:.4E}", 2.5 * i as f64, -41.5));
+    let message = read("a.csv", &text, &scaled()).unwrap_err().to_string();
+    assert!(message.contains("found a spectrum"), "{message}");
+}
