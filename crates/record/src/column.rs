@@ -31,6 +31,11 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
         // In small letters as in `pressure_kpa`; `mpa` may be either of two.
         "pa" => Unit::parse("Pa"),
         "kpa" => Unit::parse("kPa"),
+        "hertz" => Unit::parse("Hz"),
+        "decibel" => Unit::parse("dB"),
+        "ips" => Unit::parse("in/s"),
+        // A point between factors, as in French.
+        lower if lower.contains(".s-") => Unit::parse(&text.trim().replace('.', "·")),
         _ => match text.trim().strip_suffix("/sec") {
             Some(unit) => Unit::parse(&format!("{unit}/s")),
             None => Unit::parse(text.trim()),
@@ -66,7 +71,7 @@ impl Column {
             let unit_of = if gravities { Ok(of_gravity) } else { parse_unit(unit) };
             Self {
                 header: header.into(),
-                name: name.trim().trim_end_matches(['_', '-']).into(),
+                name: name.trim().trim_end_matches(['_', '-', '/']).into(),
                 unit_text: Some(unit.trim().into()),
                 unit: Some(unit_of),
             }
@@ -90,10 +95,25 @@ impl Column {
         }
         for (at, separator) in header.match_indices(['_', ' ']) {
             let unit = &header[at + separator.len()..];
+            // `in` is a word before a unit or the name of an input; an inch stands in brackets or below a line.
+            let word = unit.strip_prefix("in").is_some_and(|rest| rest.is_empty() || rest.starts_with(['_', ' ']));
             // A pure number (`ch_1`) is part of the name.
-            if at > 0 && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE) {
+            if at > 0 && !word && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE) {
                 return with(&header[..at], unit);
             }
+        }
+        // ISO 80000: `t/ms`; a unit alone (`m/s`) is no name and unit.
+        if let Some((name, unit)) = header.split_once('/')
+            && !name.is_empty()
+            && parse_unit(header).is_err()
+            && parse_unit(unit).is_ok()
+        {
+            return with(name, unit);
+        }
+        // The word for a unit alone, perhaps with the number of a channel: `sec`, `Second`, `Volt1`.
+        let word = header.trim_end_matches(|letter: char| letter.is_ascii_digit());
+        if ["sec", "second", "ms", "us", "µs", "ns", "volt", "volts"].contains(&word.to_lowercase().as_str()) {
+            return with(header, word);
         }
         Self { header: header.into(), name: header.into(), unit_text: None, unit: None }
     }
@@ -124,7 +144,7 @@ impl Column {
     }
 }
 
-const TIME_NAMES: [&str; 5] = ["time", "t", "times", "zeit", "seconds"];
+const TIME_NAMES: [&str; 6] = ["time", "t", "times", "zeit", "seconds", "x_value"];
 const FREQUENCY_NAMES: [&str; 5] = ["frequency", "freq", "f", "frequenz", "band no."];
 const MOTION_NAMES: [&str; 10] = ["velocity", "vel", "v", "speed", "vib", "displacement", "disp", "u", "x", "position"];
 const PRESSURE_NAMES: [&str; 6] = ["pressure", "p", "hydrophone", "sound pressure", "acoustic pressure", "druck"];

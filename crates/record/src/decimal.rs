@@ -63,12 +63,69 @@ pub(super) fn number(cell: &str, decimal: DecimalSign) -> Option<f64> {
     std::str::from_utf8(point).ok()?.parse().ok()
 }
 
+/// A number as it is written: `digits` · 10^`exponent`, without the rounding of a double.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Exact {
+    digits: i128,
+    exponent: i32,
+}
+
+impl Exact {
+    /// Of `cell`; `None` where it is no number or has more digits than can be held.
+    pub(super) fn of(cell: &str, decimal: DecimalSign) -> Option<Self> {
+        number(cell, decimal)?;
+        let (mantissa, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
+        let (whole, fraction) = mantissa.split_once(decimal.character()).unwrap_or((mantissa, ""));
+        let digits = format!("{whole}{fraction}").parse().ok()?;
+        let places = i32::try_from(fraction.len()).ok()?;
+        Some(Self { digits, exponent: exponent.parse::<i32>().ok()?.checked_sub(places)? })
+    }
+
+    /// The difference to `other`, rounded once.
+    pub(super) fn minus(self, other: Self) -> Option<f64> {
+        let exponent = self.exponent.min(other.exponent);
+        let scaled = |it: Self| {
+            let more = u32::try_from(it.exponent.checked_sub(exponent)?).ok()?;
+            it.digits.checked_mul(10i128.checked_pow(more)?)
+        };
+        format!("{}e{exponent}", scaled(self)?.checked_sub(scaled(other)?)?).parse().ok()
+    }
+}
+
 /// The unit of a number's last digit: 1e-6 of `-9.9998e-02`, 1 of `12`; `None` where it is no number.
 pub(super) fn last_digit(cell: &str, decimal: DecimalSign) -> Option<f64> {
     number(cell, decimal).filter(|value| value.is_finite())?;
     let (mantissa, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
     let places = mantissa.split_once(decimal.character()).map_or(0, |(_, digits)| digits.len() as i32);
     Some(10f64.powi(exponent.parse::<i32>().ok()?.checked_sub(places)?))
+}
+
+/// The units of the last digits of a column's numbers, where zeros at the end may not be written: `0.01` for `0.0100000`.
+#[derive(Debug, Default)]
+pub(super) struct LastDigits {
+    /// Value and unit of the last digit that is written.
+    written: Vec<(f64, f64)>,
+}
+
+impl LastDigits {
+    pub(super) fn add(&mut self, cell: &str, decimal: DecimalSign) {
+        self.written.extend(number(cell, decimal).zip(last_digit(cell, decimal)));
+    }
+
+    /// No coarser than written. The column has as many decimals as its finest number, or as many digits as its longest: the coarser of both. A
+    /// zero (`0.00E+00`) is as fine as the finest.
+    pub(super) fn units(self) -> Vec<f64> {
+        // The logarithm of a power of ten may fall short of it.
+        let decade = |value: f64| (value.abs().log10() + 1e-12).floor();
+        let others = || self.written.iter().filter(|(value, _)| *value != 0.0);
+        let finest = others().map(|(_, unit)| *unit).fold(f64::INFINITY, f64::min);
+        let longest = others().map(|(value, unit)| decade(*value) - unit.log10().round()).fold(0.0, f64::max);
+        let unit = |&(value, written): &(f64, f64)| {
+            let by_length = if value == 0.0 { 0.0 } else { 10f64.powi((decade(value) - longest) as i32) };
+            written.min(finest.max(by_length))
+        };
+        self.written.iter().map(unit).collect()
+    }
 }
 
 /// Whether `cell` may as well be a whole number with its thousands set off by `sign`: `1,234`, `12.000`, but not `0.123`.

@@ -38,13 +38,17 @@ pub(super) struct Decoded<'a> {
 }
 
 /// Beginnings of files that are no text.
-const MAGIC: [(&[u8], &str); 6] = [
+const MAGIC: [(&[u8], &str); 10] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
     (b"\x89HDF", "an HDF5 file (or MATLAB 7.3)"),
     (b"MATLAB 5.0", "a MATLAB file"),
     (b"RIFF", "a RIFF (WAV) file"),
     (b"\x1f\x8b", "gzip-compressed data"),
+    (b"TDSm", "an NI TDMS file"),
+    (b"\x93NUMPY", "a NumPy file (.npy)"),
+    (b":WFMPRE", "a Tektronix file (.isf)"),
+    (b":WFMP:", "a Tektronix file (.isf)"),
 ];
 
 /// What the first bytes of a file already show to be no text, so that the rest need not be read. Of UTF-16, that is seen later.
@@ -62,7 +66,16 @@ fn binary(path: &Path, found: &str) -> MeasurementError {
 
 fn refuse_magic(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
     let magic = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic));
-    magic.map_or(Ok(()), |(_, what)| Err(binary(path, what)))
+    // Some begin with a length or with the order of bytes.
+    let within = |word: &[u8]| bytes[..bytes.len().min(64)].windows(word.len()).any(|part| part == word);
+    match magic {
+        Some((_, what)) => Err(binary(path, what)),
+        None if within(b"WAVEDESC") => Err(binary(path, "a LeCroy file (.trc)")),
+        None if bytes.get(2..).is_some_and(|rest| rest.starts_with(b":WFM#")) => {
+            Err(binary(path, "a Tektronix file (.wfm)"))
+        }
+        None => Ok(()),
+    }
 }
 
 fn refuse_empty(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {

@@ -219,7 +219,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected a time later than {previous:e} s, found {found:e} s; {}",
         if previous == found { "the time column needs more digits, or the row is there twice" }
-        else { "sort the rows by time, or keep one sweep only" }
+        else { "the instants fall or jump: keep one sweep only, or correct the sign or the unit of the time column" }
     )]
     TimeNotIncreasing {
         place: Place,

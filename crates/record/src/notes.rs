@@ -211,7 +211,7 @@ impl Notes {
 
     /// Signs that the instrument wrote fewer samples than it took.
     ///
-    /// - the preamble states a shorter interval, or another number of samples;
+    /// - the preamble states a shorter interval (or a longer one, which contradicts the rows), or another number of samples;
     /// - nearly every sample is an extreme: of each stretch the largest and the smallest value were kept. Noise turns at
     ///   two samples out of three, a tone with four or more samples a cycle at every second;
     /// - the decoder passes more than half the sample rate.
@@ -223,6 +223,13 @@ impl Notes {
             self.warn(format!(
                 "the preamble states a sample every {interval:.4e} s, the rows hold one every {:.4e} s: the instrument \
                  thinned the record out, so {resolve}",
+                raw.step
+            ));
+        }
+        if let Some(interval) = preamble.and_then(|preamble| preamble.interval).filter(|it| 1.5 * raw.step < *it) {
+            self.warn(format!(
+                "the preamble states a sample every {interval:.4e} s, the instants one every {:.4e} s, which is taken; check which is \
+                 right",
                 raw.step
             ));
         }

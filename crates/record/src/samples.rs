@@ -7,7 +7,7 @@ use granchain_signal::Quantity;
 use super::{
     DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions,
     column::parse_unit,
-    decimal::number,
+    decimal::{Exact, number},
     dialect::Dialect,
     sampling,
     table::{Rows, Table, is_missing, shortened, text, text_of},
@@ -15,6 +15,10 @@ use super::{
 
 /// Letters of a cell that a message shows.
 const LONGEST_CELL: usize = 40;
+/// Least number that marks a value as over-range (9.9e37, 9.91e37, 9.99999e37), with room for rounding.
+const OVER_RANGE: f64 = 9.89e37;
+/// Instants from this number on lose digits as doubles, or may: seconds since 1970 have 1.7e9.
+const LARGE: f64 = 1e8;
 /// Most missing cells in a row that are bridged.
 pub(super) const BRIDGED: usize = 5;
 
@@ -39,6 +43,8 @@ pub(super) struct Taking<'a> {
     /// Whether every row ends with a delimiter.
     pub trailing: bool,
     pub missing: Missing,
+    /// Whether a remark may stand behind the cells of a row.
+    pub remarks: bool,
 }
 
 impl Table {
@@ -49,7 +55,7 @@ impl Table {
     pub(super) fn take(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, gap: &mut Gap) -> Result<(), MeasurementError> {
         let path = taking.path;
         let beyond = rows.record.iter().skip(self.columns.len());
-        let filled = taking.trailing && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
+        let filled = taking.remarks || taking.trailing && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
         if rows.record.len() < self.columns.len() || rows.record.len() > self.columns.len() && !filled {
             return Err(MeasurementError::Ragged {
                 place: Place::line(path, rows.line),
@@ -64,7 +70,7 @@ impl Table {
         let time = match self.chosen.time {
             // A row that is blank altogether but for a delimiter says nothing.
             Some(column) if missing && text_of(rows, column).is_empty() => f64::NAN,
-            Some(column) => self.number(taking, rows, column)? * self.chosen.time_factor,
+            Some(column) => self.instant(taking, rows, column)?,
             None => 0.0,
         };
         if missing {
@@ -109,6 +115,26 @@ impl Table {
         Ok(())
     }
 
+    /// The instant of a row, s; a large first one is taken off all of them before doubles are made.
+    fn instant(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
+        let value = self.number(taking, rows, column)?;
+        let factor = self.chosen.time_factor;
+        if self.origin.is_none() && !(value.abs() >= LARGE && self.times.is_empty()) {
+            return Ok(value * factor);
+        }
+        let exact = Exact::of(text_of(rows, column), taking.dialect.decimal);
+        if self.origin.is_none() {
+            self.origin = exact.map(|exact| (exact, value * factor));
+        }
+        let Some((first, origin)) = self.origin else { return Ok(value * factor) };
+        Ok(exact.and_then(|exact| exact.minus(first)).map_or(value * factor - origin, |since| since * factor))
+    }
+
+    /// What stands for 0 among the instants, s.
+    pub(super) fn origin(&self) -> f64 {
+        self.origin.map_or(0.0, |(_, origin)| origin)
+    }
+
     /// The next instant; one that stands still may be rounded.
     fn take_time(
         &mut self,
@@ -124,7 +150,8 @@ impl Table {
             // Written so that it also catches what cannot be compared.
             if !(time >= previous) {
                 let place = self.cell(path, line, self.chosen.time.unwrap_or(0));
-                return Err(MeasurementError::TimeNotIncreasing { place, previous, found: time });
+                let (previous, found) = (self.origin() + previous, self.origin() + time);
+                return Err(MeasurementError::TimeNotIncreasing { place, previous, found });
             }
             if time == previous {
                 standing.get_or_insert((line, time));
@@ -140,7 +167,7 @@ impl Table {
         path: &Path,
         standing: Option<(u64, f64)>,
         options: &ReadOptions,
-        digits: impl Fn(usize) -> (Vec<f64>, bool),
+        digits: impl Fn(usize) -> Vec<f64>,
     ) -> Result<(), MeasurementError> {
         let (Some(column), Some(&start)) = (self.chosen.time, self.times.first()) else { return Ok(()) };
         let name = self.columns[column].header.clone();
@@ -162,17 +189,18 @@ impl Table {
             return Ok(());
         }
         let interval = self.form.preamble().and_then(|preamble| preamble.interval);
-        let (digits, powers) = digits(column);
-        let digits: Vec<f64> = digits.into_iter().map(|unit| unit * self.chosen.time_factor).collect();
-        // Without powers of ten, cells of fewer digits have lost their zeros.
-        let finest = digits.iter().copied().fold(f64::INFINITY, f64::min);
-        self.digit = if powers { digits.iter().copied().fold(0.0, f64::max) } else { finest };
-        if let Some((start, step)) = sampling::rounded(&self.times, &digits, interval) {
-            let from = if interval.is_some() { "the preamble's interval" } else { "the first and the last" };
+        let digits: Vec<f64> = digits(column).into_iter().map(|unit| unit * self.chosen.time_factor).collect();
+        self.digit = digits.iter().copied().fold(0.0, f64::max);
+        if let Some(clock) = sampling::rounded(&self.times, &digits, interval) {
+            let from = match clock.room {
+                None => "by the preamble's interval".to_owned(),
+                Some(room) => format!("(the roundest possible; it may be off by {room:.1e} of itself)"),
+            };
             self.assumptions.push(format!(
-                "`{name}` is rounded: one sample every {step:e} s by {from}, which all instants agree with"
+                "`{name}` is rounded: one sample every {:e} s {from}, which all instants agree with",
+                clock.step
             ));
-            (self.grid, self.times) = (Some((start, step)), Vec::new());
+            (self.grid, self.times) = (Some((clock.start, clock.step)), Vec::new());
             return Ok(());
         }
         let twice = self.times.chunks_exact(2).filter(|pair| pair[0] == pair[1]).count();
@@ -182,6 +210,7 @@ impl Table {
             }
             Some((line, time)) => {
                 let place = self.cell(path, line, column);
+                let time = self.origin() + time;
                 Err(MeasurementError::TimeNotIncreasing { place, previous: time, found: time })
             }
             None => Ok(()),
@@ -195,8 +224,8 @@ impl Table {
             return Err(MeasurementError::MissingValue { place: place(), found: cell.into() });
         }
         match number(cell, taking.dialect.decimal) {
-            // 9.9e37 and 9.91e37 stand for overrange and nothing in what instruments send.
-            Some(value) if value.is_finite() && !(9.89e37..9.92e37).contains(&value.abs()) => Ok(value),
+            // From 9.9e37 on a number stands for over-range or nothing in what instruments of the SCPI family send.
+            Some(value) if value.abs() < OVER_RANGE => Ok(value),
             Some(_) => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),
             // As PicoScope writes what overloads it.
             None if cell.contains('∞') => Err(MeasurementError::Infinite { place: place(), found: cell.into() }),

@@ -34,13 +34,13 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
         return Err(MeasurementError::TooFewSamples { path: path.into(), needed: FEWEST, found: count });
     }
     if let Some((start, step)) = table.grid {
-        let series = Series::new(start, step, std::mem::take(&mut table.values));
+        let series = Series::new(table.origin() + start, step, std::mem::take(&mut table.values));
         return Ok(Sampled { series, resampled: None });
     }
     let start = times[0];
     let step = (times[times.len() - 1] - start) / (times.len() - 1) as f64;
     if is_even(times) {
-        let series = Series::new(start, step, std::mem::take(&mut table.values));
+        let series = Series::new(table.origin() + start, step, std::mem::take(&mut table.values));
         return Ok(Sampled { series, resampled: None });
     }
     // The step that differs most from the median step is where rows were lost or the clock changed.
@@ -84,7 +84,7 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
         let place = Place::cell(path, line, &table.columns[table.chosen.value].header);
         return Err(MeasurementError::Infinite { place, found: format!("{:.3e}", table.values[largest]) });
     }
-    Ok(Sampled { series: Series::new(start, step, values), resampled: Some((shortest, longest)) })
+    Ok(Sampled { series: Series::new(table.origin() + start, step, values), resampled: Some((shortest, longest)) })
 }
 
 /// Unit of the last digit over the step from which a median of steps is one of a few rounded values.
@@ -104,16 +104,26 @@ pub(super) fn is_even(times: &[f64]) -> bool {
     times.iter().enumerate().all(|(i, time)| (time - (start + i as f64 * step)).abs() <= SAMPLING_TOLERANCE * step)
 }
 
-/// Of rounded instants the time between the first and the last must be this many units of their last digit, or an interval be stated: by less
-/// the step would be a guess.
-const FEWEST_UNITS: f64 = 500.0;
+/// How far the step of rounded instants may be off, as a fraction of it: beyond, it would be a guess.
+const WIDEST: f64 = 2e-3;
 
-/// First instant and step (s) of an even clock whose instants, rounded to their last digits (units `digits`, s), are `times`: the step as stated,
-/// else the one that leaves most room.
+/// An even clock behind rounded instants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    /// First instant, s.
+    pub start: f64,
+    /// s.
+    pub step: f64,
+    /// How far the step may be off, as a fraction of it; `None` where it is stated.
+    pub room: Option<f64>,
+}
+
+/// The even clock whose instants, rounded to their last digits (units `digits`, s), are `times`: of the step as stated, else of the roundest that
+/// explains them.
 ///
 /// With tᵢ = t₀ + iΔ + rᵢ and |rᵢ| ≤ uᵢ/2 there is a t₀ where g(Δ) = maxᵢ(tᵢ − uᵢ/2 − iΔ) − minᵢ(tᵢ + uᵢ/2 − iΔ) ≤ 0; g is convex, and its least
 /// lies where the two extremes are at one i. Two instants differ from the step by less than a unit, else one is there twice or lost.
-pub(super) fn rounded(times: &[f64], digits: &[f64], interval: Option<f64>) -> Option<(f64, f64)> {
+pub(super) fn rounded(times: &[f64], digits: &[f64], interval: Option<f64>) -> Option<Clock> {
     let (&first, &last) = times.first().zip(times.last())?;
     let coarsest = digits.iter().copied().fold(0.0, f64::max);
     let unit = |i: usize| if digits.len() == times.len() { digits[i] } else { coarsest };
@@ -129,36 +139,64 @@ pub(super) fn rounded(times: &[f64], digits: &[f64], interval: Option<f64>) -> O
             (low, if offset + half < high.1 { (i, offset + half) } else { high })
         })
     };
-    let explains = |step: f64| {
+    let possible = |step: f64| {
         let ((_, low), (_, high)) = extremes(step);
+        (step > 0.0 && low <= high).then_some((low, high))
+    };
+    let explains = |step: f64, room: Option<f64>| {
+        let (low, high) = possible(step)?;
         let mut steps = times.windows(2).enumerate();
         let near = |(i, pair): (usize, &[f64])| {
             (pair[1] - pair[0] - step).abs() <= (1.0 - 1e-6) * unit(i).max(unit(i + 1)) + 1e-9 * step
         };
-        (step > 0.0 && low <= high && steps.all(near)).then(|| (first.clamp(low, high), step))
+        steps.all(near).then(|| Clock { start: first.clamp(low, high), step, room })
     };
-    if let Some(found) = interval.and_then(explains) {
+    if let Some(found) = interval.and_then(|step| explains(step, None)) {
         return Some(found);
     }
-    if !(last - first >= FEWEST_UNITS * coarsest) {
-        return None;
-    }
     // A step from the ends is off by at most a unit over the whole record.
-    let (mut below, mut above) = (mean - coarsest / count, mean + coarsest / count);
-    for _ in 0..60 {
+    let ends = (mean - coarsest / count, mean + coarsest / count);
+    let (mut below, mut above) = ends;
+    let mut inside = None;
+    for _ in 0..HALVINGS {
         let step = 0.5 * (below + above);
         let ((low, _), (high, _)) = extremes(step);
+        inside = possible(step).map(|_| step);
         match low.cmp(&high) {
-            std::cmp::Ordering::Equal => return explains(step),
+            _ if inside.is_some() => break,
+            std::cmp::Ordering::Equal => return None,
             // The slope of g is the difference of the two places.
             std::cmp::Ordering::Less => above = step,
             std::cmp::Ordering::Greater => below = step,
         }
-        if let Some(found) = explains(step) {
-            return Some(found);
-        }
     }
-    None
+    let inside = inside?;
+    // The last possible step on the way to one that is not.
+    let last_possible = |beyond: f64| {
+        let (mut within, mut beyond) = (inside, beyond);
+        for _ in 0..HALVINGS {
+            let step = 0.5 * (within + beyond);
+            if possible(step).is_some() { within = step } else { beyond = step }
+        }
+        within
+    };
+    let (shortest, longest) = (last_possible(ends.0), last_possible(ends.1));
+    let room = 0.5 * (longest - shortest) / inside;
+    if !(room <= WIDEST) {
+        return None;
+    }
+    explains(roundest(shortest, longest), Some(room))
+}
+
+/// Halvings of an interval of steps; it is left 1e-12 of what it was.
+const HALVINGS: usize = 40;
+
+/// The step from `shortest` to `longest` of fewest digits, or whose rate has fewest.
+fn roundest(shortest: f64, longest: f64) -> f64 {
+    let middle = 0.5 * (shortest + longest);
+    let cut = |value: f64, places: usize| format!("{value:.places$e}").parse().unwrap_or(value);
+    let candidates = (0..17).flat_map(|places| [cut(middle, places), 1.0 / cut(1.0 / middle, places)]);
+    candidates.into_iter().find(|step| (shortest..=longest).contains(step)).unwrap_or(middle)
 }
 
 /// The natural cubic spline through uneven samples (`times` rising), at `start` + k `step`.
@@ -233,12 +271,13 @@ mod tests {
             [(5000, 1.6, 1.0), (5000, 0.16, 1.0), (2000, 0.5, 1.0), (4000, 1.37, 0.1), (900, 1.0, 1.0)]
         {
             let times = clock(count, step, unit);
-            let (start, found) = rounded(&times, &digits(count, unit), None).unwrap();
-            assert!((found - step).abs() <= 1.01 * unit / (count - 1) as f64, "{step} {unit}: {found}");
+            let Clock { start, step: found, room } = rounded(&times, &digits(count, unit), None).unwrap();
+            assert_eq!(found, step, "{unit}");
+            assert!(room.is_some_and(|room| room < WIDEST), "{step} {unit}: {room:?}");
             for (i, time) in times.iter().enumerate() {
                 assert!((start + i as f64 * found - time).abs() <= 0.5001 * unit, "{step} {unit}: {i}");
             }
-            assert_eq!(rounded(&times, &digits(count, unit), Some(step)).map(|it| it.1), Some(step));
+            assert_eq!(rounded(&times, &digits(count, unit), Some(step)).map(|it| it.step), Some(step));
         }
         // A row that is lost, an instant that is there twice, a clock that changes.
         let mut lost = clock(3000, 1.6, 1.0);
@@ -253,7 +292,7 @@ mod tests {
             assert_eq!(rounded(&times, &digits(times.len(), 1.0), None), None, "{name}");
         }
         // Too short to say a step.
-        assert_eq!(rounded(&clock(200, 1.6, 1.0), &digits(200, 1.0), None), None);
+        assert_eq!(rounded(&clock(50, 1.6, 1.0), &digits(50, 1.0), None), None);
     }
 
     #[test]

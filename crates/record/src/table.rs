@@ -11,14 +11,14 @@ use csv::{ByteRecord, ReaderBuilder};
 use super::{
     Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
     column::{Chosen, Column, choose},
-    decimal::{self, number},
+    decimal::{self, Exact, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
     place::SampleLines,
     preamble::{self, Preamble},
     samples::{BRIDGED, Gap, Taking},
-    separated,
+    sampling, separated,
     universal::{self, UniversalText},
 };
 
@@ -44,6 +44,8 @@ pub(super) struct Table {
     pub chosen: Chosen,
     /// Times, s; none where `grid` says them.
     pub times: Vec<f64>,
+    /// What has been taken off all `times` (as written, and in s), where a double would not hold them: seconds since 1970.
+    pub origin: Option<(Exact, f64)>,
     /// First instant and step (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
     /// Unit of the last digit of the instants, s, where they are not even; 0 where they are, or where it is not known.
@@ -231,7 +233,14 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
-    let mut chosen = choose(path, header_at, &mut columns, kind, options, grid.is_some(), stated)?;
+    let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
+    let timed = grid.is_some() || clocks.iter().any(Option::is_some);
+    let mut chosen = choose(path, header_at, &mut columns, kind, options, timed, stated)?;
+    let own = clocks.get(chosen.value).copied().flatten();
+    if own.is_some() {
+        chosen.time = None;
+    }
+    let grid = own.or(grid);
 
     let counter = preamble.as_ref().and_then(|preamble| preamble.counter).filter(|it| chosen.time == Some(it.0));
     if let Some((_, _, step)) = counter {
@@ -281,6 +290,7 @@ pub(super) fn read(
         _ => usize::MAX,
     };
 
+    let remarks = preamble.as_ref().is_some_and(|preamble| preamble.remarks);
     // Some rows end with delimiters, some are filled up to the width of a longer header.
     let beyond = rows.record.iter().skip(columns.len());
     let trailing = rows.record.len() > columns.len() && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
@@ -303,6 +313,7 @@ pub(super) fn read(
         comments,
         columns,
         times: Vec::with_capacity(if chosen.time.is_some() { expected } else { 0 }),
+        origin: None,
         grid: grid.filter(|_| chosen.time.is_none()),
         digit: 0.0,
         chosen,
@@ -314,10 +325,24 @@ pub(super) fn read(
         warnings: Vec::new(),
         open_end: open_end(whole),
     };
+    if let Some((start, step)) = own {
+        let name = &table.columns[table.chosen.value].header;
+        let text =
+            format!("instants from the clock that the preamble states of `{name}`: {start:e} s and every {step:e} s");
+        table.assumptions.push(text);
+    }
     rows.blanks_count = table.chosen.time.is_none();
-    let taking = Taking { path, dialect, trailing, missing: options.missing };
+    let taking = Taking { path, dialect, trailing, missing: options.missing, remarks };
     let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
+        if row >= passed_over && table.is_over(&rows, dialect) {
+            let line = rows.line;
+            let found = shortened(text_of(&rows, 0), LONGEST_NAME);
+            table
+                .warnings
+                .push(format!("the rows end above line {line} (`{found}`): what stands from there on is passed over"));
+            break;
+        }
         if row >= passed_over {
             table.take(&taking, &rows, &mut gap).map_err(|error| match error {
                 MeasurementError::TimeNotIncreasing { .. } if several => MeasurementError::Segments {
@@ -351,17 +376,48 @@ pub(super) fn read(
     }
     table.settle_times(path, gap.standing, options, |column| {
         let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
-        let (mut digits, mut powers) = (Vec::new(), false);
+        let mut digits = decimal::LastDigits::default();
         while rows.advance() {
-            let cell = text_of(&rows, column);
-            if let Some(unit) = decimal::last_digit(cell, dialect.decimal) {
-                digits.push(unit);
-                powers |= cell.contains(['e', 'E']);
-            }
+            digits.add(text_of(&rows, column), dialect.decimal);
         }
-        (digits, powers)
+        digits.units()
     })?;
     Ok((table, kind))
+}
+
+impl Table {
+    /// Whether the record is over at a row of words: what is below is text, or another table with a header of its own. Rows that go on in time
+    /// below a word are the same table with a wrong cell, and a header that is there again is that of another record.
+    fn is_over(&self, rows: &Rows<'_>, dialect: Dialect) -> bool {
+        let Some(time) = self.chosen.time else { return false };
+        // Keys may stand beside the rows.
+        let first = text_of(rows, time);
+        let is_word = |cell: &str| cell.starts_with(char::is_alphabetic) && !is_missing(cell);
+        if self.values.len() < sampling::FEWEST || !is_word(first) || number(first, dialect.decimal).is_some() {
+            return false;
+        }
+        let same = |(at, cell): (usize, &[u8])| self.columns.get(at).is_some_and(|column| column.header == text(cell));
+        if rows.record.iter().enumerate().all(same) || rows.is_cut() {
+            return false;
+        }
+        let from = usize::try_from(rows.reader.position().byte()).unwrap_or(usize::MAX).min(rows.bytes.len());
+        let mut below = Rows::new(&rows.bytes[from..], rows.line, dialect.delimiter);
+        let is_row = |row: &Rows<'_>| {
+            row.record.len() >= self.columns.len()
+                && row.record.iter().all(|cell| number(text(cell), dialect.decimal).is_some())
+        };
+        let mut words = 1;
+        while below.advance() {
+            if is_row(&below) {
+                let instant =
+                    number(text_of(&below, time), dialect.decimal).map_or(f64::NAN, |it| it * self.chosen.time_factor);
+                // A header and its units, or instants that begin anew.
+                return words > 1 || self.times.last().is_some_and(|last| instant <= last + self.origin());
+            }
+            words += 1;
+        }
+        true
+    }
 }
 
 /// The columns and where they stand.

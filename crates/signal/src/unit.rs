@@ -48,7 +48,7 @@ pub(super) struct Scale {
 }
 
 /// Symbol, power of ten, other factor, dimension, whether it takes prefixes.
-const SYMBOLS: [(&str, i32, f64, Dimension, bool); 16] = [
+const SYMBOLS: [(&str, i32, f64, Dimension, bool); 19] = [
     ("m", 0, 1.0, Dimension::LENGTH, true),
     ("g", -3, 1.0, Dimension::MASS, true),
     ("s", 0, 1.0, Dimension::TIME, true),
@@ -59,6 +59,9 @@ const SYMBOLS: [(&str, i32, f64, Dimension, bool); 16] = [
     ("J", 0, 1.0, Dimension::ENERGY, true),
     ("W", 0, 1.0, Dimension::of(8, 4, -12), true),
     ("bar", 5, 1.0, Dimension::PRESSURE, true),
+    ("psi", 0, 6_894.757_293_168_361, Dimension::PRESSURE, false),
+    ("in", 0, 0.0254, Dimension::LENGTH, false),
+    ("ft", 0, 0.3048, Dimension::LENGTH, false),
     ("min", 0, 60.0, Dimension::TIME, false),
     ("h", 0, 3600.0, Dimension::TIME, false),
     ("Np", 0, 1.0, Dimension::NONE, false),

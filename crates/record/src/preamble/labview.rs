@@ -56,12 +56,22 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
     let (starts, steps) = (all("X0"), all("Delta_X"));
     let one = |values: &[f64]| values.first().copied().filter(|first| values.iter().all(|value| value == first));
     let grid = one(&starts).zip(one(&steps)).filter(|(_, step)| *step > 0.0);
-    if timed == "No" && grid.is_none() {
-        return Err(missing(
-            path,
-            "LabVIEW",
-            "one `X0` and one `Delta_X` for all channels, for the rows have no instants",
-        ));
+    // The one column of instants is that of the first channel; of others with a clock of their own, X0 and Delta_X alone hold.
+    let of_channel = |at: usize| starts.get(at).copied().zip(steps.get(at).copied()).filter(|(_, step)| *step > 0.0);
+    let mut clocks = Vec::new();
+    if grid.is_none() && timed != "Multi" {
+        let mut channel = 0;
+        for name in &cells {
+            let is_channel = name != "X_Value";
+            clocks.push(
+                of_channel(channel)
+                    .filter(|own| is_channel && (timed == "No" || of_channel(0).is_some_and(|first| first != *own))),
+            );
+            channel += usize::from(is_channel);
+        }
+    }
+    if timed == "No" && grid.is_none() && clocks.iter().all(Option::is_none) {
+        return Err(missing(path, "LabVIEW", "`X0` and `Delta_X` of the channels, for the rows have no instants"));
     }
     let body = line_at(text, names.at + names.text.len() + 1);
     let end =
@@ -76,6 +86,8 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
         end,
         header: Some(header),
         grid: grid.filter(|_| timed == "No"),
+        clocks,
+        remarks: true,
         segment: (count > 1).then_some((chosen + 1, count)),
         interval: grid.map(|(_, step)| step),
         statements: text[..names.at]

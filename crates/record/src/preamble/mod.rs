@@ -15,6 +15,7 @@
 //! | Siglent | `Record Length,Analog:` | names, units, sample interval, number of points |
 //! | Tektronix | `Record Length`, `Sample Interval` | units, sample interval, number of points |
 //! | Yokogawa | `TraceName`, `HResolution` | names, units, instants, number of points |
+//! | Moku, COMSOL | several lines of `%` | names |
 //! | any other | a header that names a time or a counter, as wide as the rows below | – |
 //!
 //! Other Rohde & Schwarz and PicoScope need nothing: their headers are `in s,C1 in V` and `Time,Channel A` with units below.
@@ -25,6 +26,7 @@ mod hantek;
 mod keysight;
 mod labview;
 mod lecroy;
+mod percent;
 mod polytec;
 mod rigol;
 mod rohde_schwarz;
@@ -52,11 +54,15 @@ pub(super) struct Preamble {
     pub units: Option<(String, String)>,
     /// First instant and sample interval (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
+    /// First instant and sample interval (s) of the columns of `header` whose instants do not stand in the rows, where they differ.
+    pub clocks: Vec<Option<(f64, f64)>>,
     /// Column that counts the samples from `Start`, and first instant and step (s) of its counts.
     pub counter: Option<(usize, f64, f64)>,
     /// Sample interval of the acquisition, s.
     pub interval: Option<f64>,
     pub points: Option<usize>,
+    /// Whether a remark may stand behind the cells of a row.
+    pub remarks: bool,
     /// The segment that the table is, where there are several, and how many.
     pub segment: Option<(usize, usize)>,
     /// Number of segments in the table and rows of each.
@@ -175,7 +181,9 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         // A title may precede Infiniium's first key.
         return keysight::infiniium(path, &whole).map(Some);
     }
-    let known = if begins(&["Memory Length", "Format,"]) {
+    let known = if first.starts_with('%') {
+        percent::percent(&whole)
+    } else if begins(&["Memory Length", "Format,"]) {
         gwinstek::gwinstek(path, &whole)?
     } else if begins(&["Record Length,Analog", "Record Length,CH", "Record Length;Analog"]) {
         siglent::siglent(&whole)

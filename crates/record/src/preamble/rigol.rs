@@ -1,6 +1,8 @@
 //! Rigol: start and step of the record stand in the header.
 
-use super::{Line, Preamble, cells, number, statements};
+use granchain_signal::Dimension;
+
+use super::{Line, Preamble, cells, number, parse_unit, statements};
 
 /// `X,CH1,CH2,Start,Increment,` above `Sequence,Volt,Volt,-1.2e-03,4e-08`, with or without the counter X; or, on one line,
 /// `CH1V,CH2V,t0 =-1.2e-03, tInc = 4e-08,`. Older ones write a column of time, and nothing that is not read anyway.
@@ -31,12 +33,19 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
     if !(grid.1 > 0.0) || head.is_empty() {
         return None;
     }
+    let x = head.iter().position(|name| name.trim().eq_ignore_ascii_case("X"));
+    // X counts the samples unless a unit of time stands below it: then it is the instant, and start and step are in that unit too.
+    let of_x = x.and_then(|at| units.get(at));
+    let clock = of_x.and_then(|unit| parse_unit(unit).ok()).filter(|unit| unit.dimension == Dimension::TIME);
+    let factor = clock.map_or(1.0, |unit| unit.factor);
+    let grid = (grid.0 * factor, grid.1 * factor);
+    let x_unit = of_x.filter(|_| clock.is_some()).copied().unwrap_or("s");
     let column = |(at, name): (usize, &&str)| {
         let name = name.trim();
-        // X counts the samples, also those that were cut or left out; where a column of time is blank, the header says the instants.
+        // The counter goes on over samples that were cut or left out; where a column of time is blank, the header says the instants.
         match units.get(at) {
             _ if row.get(at).is_none_or(|cell| cell.is_empty()) => String::new(),
-            _ if name.eq_ignore_ascii_case("X") => "X (s)".to_owned(),
+            _ if name.eq_ignore_ascii_case("X") => format!("X ({x_unit})"),
             Some(unit) if !unit.is_empty() => format!("{name} ({unit})"),
             _ => match name.strip_suffix('V').filter(|channel| channel.ends_with(|c: char| c.is_ascii_digit())) {
                 Some(channel) => format!("{channel} (V)"),
@@ -44,10 +53,9 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
             },
         }
     };
-    let x = head.iter().position(|name| name.trim().eq_ignore_ascii_case("X"));
     let x = x.filter(|at| row.get(*at).is_some_and(|cell| !cell.is_empty()));
     Some(Preamble {
-        counter: x.map(|at| (at, grid.0, grid.1)),
+        counter: x.filter(|_| clock.is_none()).map(|at| (at, grid.0, grid.1)),
         instrument: "Rigol",
         body: first.at,
         body_line: first.number,
@@ -55,7 +63,10 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
         grid: Some(grid).filter(|_| x.is_none()),
         interval: Some(grid.1),
         statements: statements(lines, first.number),
-        assumptions: vec![format!("instants from the header: {:e} s and every {:e} s", grid.0, grid.1)],
+        assumptions: match clock {
+            Some(_) => Vec::new(),
+            None => vec![format!("instants from the header: {:e} s and every {:e} s", grid.0, grid.1)],
+        },
         ..Preamble::default()
     })
 }

@@ -12,8 +12,9 @@ pub(super) fn siglent(lines: &[Line<'_>]) -> Option<Preamble> {
     };
     let units =
         lines.iter().position(|line| cells(line.text).first().is_some_and(|it| it.eq_ignore_ascii_case("Second")))?;
-    let names =
-        lines[..units].iter().rev().map(|line| cells(line.text)).find(|cells| cells.first() == Some(&"Source"))?;
+    // Siglent's converter of binary files leaves the row `Source` out.
+    let names = lines[..units].iter().rev().map(|line| cells(line.text)).find(|cells| cells.first() == Some(&"Source"));
+    let names = names.unwrap_or_default();
     let first = lines.get(units + 1)?;
     let unit_cells = cells(lines[units].text);
     let vertical = lines.iter().map(|line| cells(line.text)).find(|cells| cells.first() == Some(&"Vertical Units"));

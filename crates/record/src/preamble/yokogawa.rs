@@ -10,13 +10,18 @@ pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
     let value = |wanted| row_of(lines, wanted);
     let (names, units) = (value("TraceName")?, value("VUnit").unwrap_or_default());
     let steps = value("HResolution")?;
-    // Traces of different clocks are not one table.
     let factor = match value("HUnit").and_then(|units| units.first().copied()) {
         Some(unit) => parse_unit(unit).ok().filter(|unit| unit.dimension == Dimension::TIME)?.factor,
         None => 1.0,
     };
-    let step = number(steps.first()?).filter(|step| *step > 0.0 && steps.iter().all(|it| it == &steps[0]))? * factor;
-    let start = value("HOffset").and_then(|it| number(it.first()?)).unwrap_or(0.0) * factor;
+    let starts = value("HOffset").unwrap_or_default();
+    let clock = |at: usize| {
+        let step = number(steps.get(at)?).filter(|step| *step > 0.0)? * factor;
+        Some((starts.get(at).and_then(|start| number(start)).unwrap_or(0.0) * factor, step))
+    };
+    let (start, step) = clock(0)?;
+    let clocks: Vec<_> = (0..names.len()).map(clock).collect();
+    let one = clocks.iter().all(|clock| *clock == clocks[0]);
     let is_row = |row: &&Vec<&str>| {
         let mut filled = row.iter().filter(|cell| !cell.is_empty()).peekable();
         filled.peek().is_some() && filled.all(|cell| number(cell).is_some())
@@ -35,11 +40,15 @@ pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
         body: first.at,
         body_line: first.number,
         header: Some(shift.into_iter().chain(names.iter().enumerate().map(column)).collect()),
-        grid: Some((start, step)),
-        interval: Some(step),
+        grid: Some((start, step)).filter(|_| one),
+        clocks: if one { Vec::new() } else { shifted.then_some(None).into_iter().chain(clocks).collect() },
+        interval: Some(step).filter(|_| one),
         points: value("BlockSize").and_then(|it| count(it.first()?)),
         statements: statements(lines, first.number),
-        assumptions: vec![format!("instants from HOffset and HResolution: {start:e} s and every {step:e} s")],
+        assumptions: match one {
+            true => vec![format!("instants from HOffset and HResolution: {start:e} s and every {step:e} s")],
+            false => Vec::new(),
+        },
         ..Preamble::default()
     })
 }

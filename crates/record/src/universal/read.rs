@@ -179,6 +179,7 @@ pub(in super::super) fn read(
         columns,
         chosen,
         times,
+        origin: None,
         grid,
         digit: 0.0,
         values,

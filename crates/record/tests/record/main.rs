@@ -3,6 +3,7 @@
 
 mod horn_drive;
 mod instruments;
+mod laboratory_cases;
 mod read_back;
 mod reader_dialects;
 mod reader_errors;
