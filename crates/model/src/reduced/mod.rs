@@ -1,7 +1,7 @@
 //! The contact finite element analysis reduced to a few modes a body, at the cost of a chain.
 //!
 //! Bodies, meshes and contacts are those of [`super::fea`]. Each body keeps its rigid translation, its lowest free modes and, as static
-//! flexibility of its massless contact nodes, everything else ([`basis`]):
+//! flexibility of its massless contact nodes, everything else (`basis`):
 //!
 //! ```text
 //! m Z̈ = F,    q̈_k + ω_k² q_k = φ_bkᵀ f_b
