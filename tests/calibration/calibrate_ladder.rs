@@ -37,7 +37,7 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     assert!((peak(&rungs[0]) - 0.61).abs() < 0.06 && peak(&rungs[0]) != peak(&rungs[1]), "{rungs:?}");
 
     let page = fs::read_to_string(bench.path("whole/report.html")).unwrap();
-    assert!(page.contains("How far the rungs differ") && page.contains("before and after the correction"));
+    assert!(page.contains("How far the models differ") && page.contains("before and after the correction"));
     assert!(bench.path("whole/figures/rungs-linear.svg").is_file(), "{:?}", bench.tree());
     assert_eq!(fs::read_to_string(bench.path("whole/runs-linear-chain.csv")).unwrap().lines().count(), 201);
     let timing: Value = serde_json::from_slice(&fs::read(bench.path("whole/timing.json")).unwrap()).unwrap();

@@ -182,7 +182,7 @@ fn alignment(confirmation: &Confirmation, reduction: &Reduction) -> String {
     )
 }
 
-/// What is drawn of one fit of one law, and of the fit on the rung below it.
+/// What is drawn of one fit of one law, and of the fit on the model below it.
 fn law_report(fit: &Fit, problem: &Problem) -> LawReport {
     let run = |(run, misfit): (&Run, Option<f64>)| RunPoint {
         parameters: run.position.iter().zip(&fit.parameters).map(|(u, parameter)| parameter.value(*u)).collect(),

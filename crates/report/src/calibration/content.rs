@@ -122,7 +122,7 @@ fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) 
     if laddered().next().is_none() {
         return;
     }
-    blocks.push(Block::Heading("How far the rungs differ".into()));
+    blocks.push(Block::Heading("How far the models differ".into()));
     for law in laddered() {
         let (upper, below) = (&report.outcome.model, law.below());
         let of_below = match below.as_slice() {

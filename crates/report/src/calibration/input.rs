@@ -85,7 +85,7 @@ pub struct LawReport {
     /// Density over both parameters by each of several records alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alone: Vec<Option<DensityMap>>,
-    /// The fit on the rung below, from which the correction started.
+    /// The fit on the model below, from which the correction started.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub below: Option<Box<LawReport>>,
 }

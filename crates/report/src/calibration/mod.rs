@@ -63,7 +63,7 @@ impl CalibrationReport {
                 parameter(&|| format!("{name} ({kind})"), fitted)?;
             }
             for (name, fitted) in law.rungs.iter().flat_map(|rung| &rung.parameters) {
-                parameter(&|| format!("{name} of a rung ({kind})"), fitted)?;
+                parameter(&|| format!("{name} of a model ({kind})"), fitted)?;
             }
             for record in &law.records {
                 for (name, fitted) in &record.alone {

@@ -102,7 +102,7 @@ impl<'r> Law<'r> {
         self.fit.mount.as_ref().map_or_else(|| law.clone(), |mount| format!("{law}-{mount}"))
     }
 
-    /// The model of each rung below the answer with what it says by itself, the chain first.
+    /// Each model below the answer with what it says by itself, the chain first.
     pub(super) fn below(&self) -> Vec<(&'r str, &'r LawReport, Vec<Estimate>)> {
         let below = std::iter::successors(self.drawn.below.as_deref(), |law| law.below.as_deref());
         let below: Vec<&LawReport> = below.collect();

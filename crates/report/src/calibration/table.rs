@@ -166,7 +166,7 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
     }
 }
 
-/// What every rung found by itself.
+/// What every model found by itself.
 pub(super) fn rungs(law: &Law<'_>) -> Table {
     let rows = law.fit.rungs.iter().map(|rung| {
         let own = estimates(&rung.parameters, &law.drawn.parameters, &law.fit.damping_kind);
@@ -184,13 +184,13 @@ pub(super) fn rungs(law: &Law<'_>) -> Table {
         .chain(parameters)
         .chain([Column::words("Runs"), Column::words("By itself")]);
     Table {
-        caption: format!("What each rung says by itself (90 % interval), {}.", law.name()),
+        caption: format!("What each model says by itself (90 % interval), {}.", law.name()),
         columns: columns.collect(),
         rows: rows.collect(),
     }
 }
 
-/// The fitted features as every rung expects them at the answer.
+/// The fitted features as every model expects them at the answer.
 pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Table> {
     let (fit, rungs) = (law.fit, &law.fit.rungs);
     let compared = record.compared.iter().filter_map(|name| Some((name, fit.rung_differences.get(name)?)));
@@ -223,7 +223,7 @@ pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Tabl
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
-            "Fitted features at the answer on every rung, {}: expected value and scatter of a single run. Difference: rung that answers \
+            "Fitted features at the answer, of every model, {}: expected value and scatter of a single run. Difference: model that answers \
              less the one below it in the logarithm, over pairs under the same nuisances, with its standard error.",
             law.name()
         ),
