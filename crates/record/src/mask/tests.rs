@@ -93,7 +93,7 @@ fn the_edges_of_a_drop_out_and_a_few_samples_between_two_are_masked_with_it() {
         for (from, to) in [(lost.start, lost.start - 1), (lost.end - 1, lost.end)] {
             series.values[to] = 0.5 * (series.values[from] + series.values[to]);
         }
-        let second = lost.end + index(0.8e-6)..lost.end + index(2.4e-6);
+        let second = lost.end + index(1.6e-6)..lost.end + index(3.4e-6);
         series.values[lost.clone()].fill(0.0);
         series.values[second.clone()].fill(0.0);
         let found = find(&series, F0, false);
