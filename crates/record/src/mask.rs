@@ -251,7 +251,7 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
             let Some(further) = search(cutoff).next(&repaired, &found) else { break };
             repaired.clone_from(series);
             found.extend(further);
-            found = merged(found);
+            found = merged(found, 0);
             apply(&mut repaired, &found);
         }
     }
@@ -262,15 +262,7 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
         *samples = samples.start.saturating_sub(edge)..(samples.end + edge).min(count);
     }
     // The few samples between two stretches carry no bridge.
-    let mut found = merged(found);
-    found.dedup_by(|(next, reason), (last, first)| {
-        let near = ((next.start - last.end) as f64) < ISLAND * period;
-        if near {
-            (last.end, *first) = (next.end, (*first).min(*reason));
-        }
-        near
-    });
-    found
+    merged(found, (ISLAND * period).ceil() as usize - 1)
 }
 
 /// The samples about the motion of a long record: all half periods with a tenth of the largest extreme but for a few spikes, and twenty periods before
@@ -290,13 +282,13 @@ fn moving(series: &Series, period: f64) -> Option<Range<usize>> {
     Some(first.saturating_sub(40) * block..((last + 40) * block).min(series.len()))
 }
 
-/// Stretches in order, those that touch made one.
-fn merged(mut found: Vec<(Range<usize>, MaskReason)>) -> Vec<(Range<usize>, MaskReason)> {
+/// Stretches in order; those with at most `apart` samples between them are made one.
+fn merged(mut found: Vec<(Range<usize>, MaskReason)>, apart: usize) -> Vec<(Range<usize>, MaskReason)> {
     found.sort_by_key(|(samples, _)| samples.start);
     let mut all: Vec<(Range<usize>, MaskReason)> = Vec::new();
     for (samples, reason) in found {
         match all.last_mut() {
-            Some((last, known)) if samples.start <= last.end => {
+            Some((last, known)) if samples.start <= last.end + apart => {
                 last.end = last.end.max(samples.end);
                 *known = (*known).min(reason);
             }

@@ -219,19 +219,18 @@ impl Notes {
         let resolve =
             "what lies above half the sample rate is folded down and short peaks are lost; export all samples";
         let preamble = table.form.preamble();
-        if let Some(interval) = preamble.and_then(|preamble| preamble.interval).filter(|it| raw.step > 1.5 * it) {
-            self.warn(format!(
+        match preamble.and_then(|preamble| preamble.interval) {
+            Some(interval) if raw.step > 1.5 * interval => self.warn(format!(
                 "the preamble states a sample every {interval:.4e} s, the rows hold one every {:.4e} s: the instrument \
                  thinned the record out, so {resolve}",
                 raw.step
-            ));
-        }
-        if let Some(interval) = preamble.and_then(|preamble| preamble.interval).filter(|it| 1.5 * raw.step < *it) {
-            self.warn(format!(
+            )),
+            Some(interval) if 1.5 * raw.step < interval => self.warn(format!(
                 "the preamble states a sample every {interval:.4e} s, the instants one every {:.4e} s, which is taken; check which is \
                  right",
                 raw.step
-            ));
+            )),
+            _ => {}
         }
         let segment = table.form.text().is_some_and(|form| form.segment.is_some());
         if let Some(points) = preamble.and_then(|preamble| preamble.points).filter(|it| *it != raw.len() && !segment) {

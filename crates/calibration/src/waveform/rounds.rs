@@ -246,9 +246,11 @@ impl Rounds {
             self.closing += 1;
         } else if self.rounds >= FEWEST && solution.reduced() < FITTING && moved < STILL && narrow && steady {
             self.settled = true;
-            // Drop-outs in a part that was not compared yet.
-            let whole = ensemble.solve(&self.known(), &solution.shifts(), false)?;
-            self.clean(&ensemble, whole, false)?;
+            if self.sources.may_leave_out() {
+                // Drop-outs in a part that was not compared yet.
+                let whole = ensemble.solve(&self.known(), &solution.shifts(), false)?;
+                self.clean(&ensemble, whole, false)?;
+            }
         }
         let closing = self.settled || self.rounds >= MOST;
         self.lost = if solution.reduced() > LOST { self.lost + 1 } else { 0 };

@@ -59,11 +59,11 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option
     let (mut cycles, mut shifts_given) = (0.0f64, Vec::new());
     for (source, of) in sources.records.iter().zip(&whole) {
         let trace = &source.trace;
-        let shifts: Vec<f64> = of.iter().flatten().map(|run| misfit(trace, run).1).collect();
-        let earliest = shifts.iter().copied().fold(f64::INFINITY, f64::min);
+        let shifts: Vec<Option<f64>> = of.iter().map(|run| Some(misfit(trace, run.as_ref()?).1)).collect();
+        let earliest = shifts.iter().copied().flatten().fold(f64::INFINITY, f64::min);
         let onset = (trace.onset as f64 - earliest) * trace.step * source.forward.scene().drive.frequency;
         cycles = cycles.max(onset + CYCLES);
-        shifts_given.push(misfit(trace, of[0].as_ref()?).1);
+        shifts_given.push(shifts[0]?);
     }
     let records = sources.records() as f64;
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ SEED);
