@@ -62,9 +62,9 @@ pub struct Arguments {
     /// Model that makes the records, finer than the fit does, and fits them
     #[arg(long, value_enum, default_value = "chain")]
     pub model: RecordModel,
-    /// Compare every sample with runs of the chain, not only peaks and bands (`likelihood = "waveform"` in a plan)
+    /// Compare peaks and bands only, not every sample (`likelihood = "amplitudes"` in a plan)
     #[arg(long)]
-    pub waveform: bool,
+    pub amplitudes: bool,
     /// Mesh density of the reduced bodies [default: the model's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128))]
     pub mesh_density: Option<u32>,
@@ -146,12 +146,10 @@ pub(super) struct Study {
 impl Study {
     /// What flags ask for.
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        let Arguments { scenario, count, evaluations, model, mesh_density, waveform, output, session, .. } = arguments;
+        let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, session, .. } =
+            arguments;
         if mesh_density.is_some() && model == RecordModel::Chain {
             return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
-        }
-        if waveform && model != RecordModel::Chain {
-            return Err(usage("--waveform compares runs of the chain: leave out --model reduced"));
         }
         let plan = LaboratoryPlan {
             conditions: scenarios(&scenario)?,
@@ -159,7 +157,7 @@ impl Study {
             seed: session.seed(),
             evaluations: evaluations.map_or(Search::tested(2), |runs| runs as usize),
             model: model.kind().into(),
-            likelihood: if waveform { Likelihood::Waveform } else { Likelihood::Amplitudes },
+            likelihood: if amplitudes { Likelihood::Amplitudes } else { Likelihood::Waveform },
             mesh_density,
         };
         Ok(Self { plan, output, session, timing: Timing::start() })

@@ -436,9 +436,10 @@ impl Case<'_> {
         if self.sees_waveform() { Some(self.search(self.scene, None, comparison, factor)?.0) } else { Some(p) }
     }
 
-    /// Whether the waveform decided, on the chain.
+    /// Whether the waveform decided, and what the model that answers changes of the chain is known.
     fn sees_waveform(&self) -> bool {
-        self.fit.below.is_none() && self.fit.waveform.as_ref().is_some_and(WaveformFit::decides)
+        let known = |waveform: &&WaveformFit| self.fit.below.is_none() || waveform.difference.is_some();
+        self.fit.waveform.as_ref().filter(known).is_some_and(WaveformFit::decides)
     }
 
     /// The fit of another scene on the chain, with a further parameter where there is one, of `factor` times the record; none once it is stopped.
@@ -477,7 +478,9 @@ impl Case<'_> {
             return Some((p, values));
         }
         let trace = self.trace?.map(|value| factor * value);
-        let compared = Compared { forward: &forward, noise: self.noise.clone(), trace: &trace };
+        let above = self.fit.waveform.as_ref().and_then(|waveform| waveform.difference.as_ref());
+        let difference = above.map(|difference| Arc::new(difference.altered()));
+        let compared = Compared { forward: &forward, noise: self.noise.clone(), trace: &trace, difference };
         match waveform::fit(vec![compared], &elite, self.seed) {
             // What the waveform cannot be fitted with is no cause.
             None => None,

@@ -27,10 +27,10 @@ const RUNG_PAIRS: usize = 8;
 const FEWEST: usize = 4;
 
 /// Error of the chain's step over its difference from one a quarter as long: contacts that touch within a step make it of first order.
-const CHAIN_ERROR: f64 = 4.0 / 3.0;
+pub(crate) const CHAIN_ERROR: f64 = 4.0 / 3.0;
 
 /// Error of a mesh over its difference from one 1.5 times as dense, of second order.
-const MESH_ERROR: f64 = 1.8;
+pub(crate) const MESH_ERROR: f64 = 1.8;
 
 /// ln of an amplitude that nothing feels beside the smallest scatter that a feature is allowed, 0.01.
 const FELT: f64 = 1e-3;

@@ -12,17 +12,19 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::{
+    drive::HornNoise,
     engine::{sampled_scene, traces},
     forward::{Forward, Run, TimedRun, Watch},
     kept::KeptRuns,
 };
 use granchain_model::{
     self as model, ModelError, Prepared,
-    chain::FiniteBodyLaws,
+    chain::{FiniteBodyLaws, ensemble::Variation},
     reduced::Cache,
-    scene::{ContactLaw, ModelKind, Scene},
+    scene::{ContactLaw, DriveKind, ModelKind, Scene},
 };
 use granchain_record::run_log::RunLogError;
+use granchain_signal::Series;
 
 /// Factor on the mesh density of the finer bodies.
 pub const FINER: f64 = 1.5;
@@ -225,6 +227,37 @@ impl FidelityLevel {
             PlannedRun { number, position: run.position.clone(), duration }
         };
         self.made((first..).zip(chain).map(plan).collect())
+    }
+
+    /// As [`Forward::waveforms`], of this model.
+    pub(super) fn waveforms(
+        &self,
+        first: u64,
+        points: &[(Vec<f64>, f64)],
+        noise: Option<&HornNoise>,
+    ) -> Vec<Option<Vec<f64>>> {
+        let together = self.prepared.together();
+        let (count, measurand) = (self.scene.samples(), self.chain.comparison.measurand());
+        let goes_on = || self.chain.report(first);
+        let chunk = |(chunk, points): (usize, &[(Vec<f64>, f64)])| {
+            let number = first + (chunk * together) as u64;
+            let draw = |(number, (at, stiffness)): (u64, &(Vec<f64>, f64))| {
+                let (mut random, mut scene) = (self.chain.generator(number), self.scene.clone());
+                if let (DriveKind::Record { shakes, .. }, Some(noise)) = (&mut scene.drive.kind, noise) {
+                    *shakes = vec![noise.realisation(&mut random)];
+                }
+                let variation = self.chain.held(at, *stiffness, 0, &mut random);
+                ((variation.written_over(&scene, |gap| gap.max(0.0))), (variation, random))
+            };
+            let (scenes, drawn): (Vec<Scene>, Vec<_>) = (number..).zip(points).map(draw).unzip();
+            let made = traces(&self.prepared, &scenes, measurand, &goes_on).into_iter().zip(points).zip(drawn);
+            let shown = |((trace, (at, _)), (variation, mut random)): ((_, &(Vec<f64>, f64)), (Variation, _))| {
+                let trace: Result<Series, ModelError> = trace;
+                Some(self.chain.shown(at, variation.on_the_record(trace.ok()?, count), &mut random))
+            };
+            made.map(shown).collect::<Vec<_>>()
+        };
+        points.par_chunks(together).with_max_len(1).enumerate().flat_map_iter(chunk).collect()
     }
 
     /// Make runs of ascending numbers.

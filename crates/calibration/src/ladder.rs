@@ -15,13 +15,14 @@ use super::{
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
     kept::KeptPlace,
+    likelihood::TrainingRuns,
     multi_record::MultiRecord,
     parameter::Parameter,
     plan::Likelihood,
     problem::Problem,
     refusal::Refusal,
     search::Search,
-    waveform::{self, Compared},
+    waveform::{self, Compared, QUANTILE},
 };
 
 /// What an earlier run left of one candidate.
@@ -209,6 +210,15 @@ pub(super) fn fit_levels(
         corrections.push(correction);
         correcting.push(started.elapsed());
     }
+    if let (Likelihood::Waveform, Some(top), Some(pairs)) = (problem.likelihood, made.rungs.last(), corrections.last())
+    {
+        let started = Instant::now();
+        fit = with_waveform_above(problem, made.joint.first(), top, &pairs.training(pairs.pairs.len()), fit);
+        correcting.iter_mut().last().into_iter().for_each(|last| *last += started.elapsed());
+        if !watch(0) {
+            return Err(Refusal::Stopped);
+        }
+    }
     // What each level expects is stated at the answer of the highest.
     let (at, mut upper) = (fit.most_likely.clone(), fit.below.as_deref_mut());
     corrections.pop();
@@ -225,12 +235,32 @@ pub(super) fn fit_levels(
 fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit) -> Fit {
     let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| {
         let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
-        Some(Compared { forward, noise, trace: shot.measured.trace()? })
+        Some(Compared { forward, noise, trace: shot.measured.trace()?, difference: None })
     });
     let training = search.training(search.runs.len());
     let known = fit.elite(&training);
     match compared.collect::<Option<Vec<_>>>().and_then(|records| waveform::fit(records, &known, problem.seed)) {
         Some(waveform) => fit.with_waveform(waveform, &training, problem.seed),
+        None => fit,
+    }
+}
+
+/// The same of a fit on a model above the chain.
+fn with_waveform_above(
+    problem: &Problem,
+    forward: &Forward,
+    above: &FidelityLevel,
+    training: &TrainingRuns,
+    fit: Fit,
+) -> Fit {
+    let shot = &problem.shots[0];
+    let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
+    let Some(trace) = shot.measured.trace() else { return fit };
+    let compared = Compared { forward, noise, trace, difference: None };
+    let deviations: Vec<f64> =
+        fit.estimates.iter().map(|estimate| 0.5 * (estimate.high / estimate.low).ln() / QUANTILE).collect();
+    match waveform::fit_above(compared, above, &fit.most_likely, &deviations, problem.seed) {
+        Some(waveform) => fit.with_waveform(waveform, training, problem.seed),
         None => fit,
     }
 }

@@ -63,9 +63,9 @@ use granchain_signal::read_back::read_text;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
-    #[default]
     Amplitudes,
-    /// Every sample for as long as runs predict it, and amplitudes as a second verdict; on the chain.
+    /// Every sample for as long as runs predict it, and amplitudes as a second verdict.
+    #[default]
     Waveform,
 }
 

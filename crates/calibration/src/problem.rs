@@ -182,10 +182,9 @@ impl Problem {
             return Err(Contradiction::Together { model: above.model.kind.name() }.into());
         }
         let above = above(scene)?;
-        let likelihood = plan.likelihood.unwrap_or_default();
-        if let (Likelihood::Waveform, Some(model)) = (likelihood, above.last()) {
-            return Err(Contradiction::WaveformAbove { model: model.name() }.into());
-        }
+        // Some fifty more runs of finite elements are asked for, not assumed.
+        let usual = if above.last() == Some(&ModelKind::Fea) { Likelihood::Amplitudes } else { Likelihood::Waveform };
+        let likelihood = plan.likelihood.unwrap_or(usual);
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
         let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
         let uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;

@@ -40,10 +40,6 @@ pub enum Contradiction {
         "the record is the mean of {averages} shots, which is simulated on the chain only, and the scene's model is `{model}`: pass --model chain"
     )]
     AveragesAbove { averages: usize, model: &'static str },
-    #[error(
-        "`likelihood = \"waveform\"` compares every sample with runs of the chain, and the scene's model is `{model}`: pass --model chain, or leave it out"
-    )]
-    WaveformAbove { model: &'static str },
     #[error("nothing is left to fit; drop --alpha or name a parameter with --fit")]
     NothingFitted,
     #[error("records of a pressure are fitted one by one: name one hydrophone's record with --measured")]

@@ -228,7 +228,9 @@ impl Ensemble {
     }
 
     /// Where one record lies on the mean trace, and what of it may be compared.
-    fn place(record: &RecordTrace, regression: &Regression, shift: f64) -> Placed {
+    fn place(known: &Known, number: usize, regression: &Regression, shift: f64) -> Placed {
+        let record = known.records[number];
+        let further = known.correction.get(number).map(|(_, columns)| columns);
         let cycle = SAMPLES_PER_CYCLE;
         let len = regression.coefficients.nrows();
         let onset = (record.onset as f64 - shift).max(0.0) as usize;
@@ -237,7 +239,8 @@ impl Ensemble {
         let square = |t: usize| {
             let mean = regression.coefficients[(t, 0)].powi(2);
             let rest: f64 = (0..regression.residuals.ncols()).map(|run| regression.residuals[(t, run)].powi(2)).sum();
-            (mean, rest / regression.freedom)
+            let row = |columns: &Mat<f64>| (0..columns.ncols()).map(|j| columns[(t, j)].powi(2)).sum::<f64>();
+            (mean, rest / regression.freedom + further.map_or(0.0, row))
         };
         let first = onset / cycle + 1;
         let parts = (first..last / cycle).find(|number| {
@@ -255,11 +258,9 @@ impl Ensemble {
     /// What the records say; the shifts of the records on the runs are known roughly.
     pub fn solve(&self, known: &Known, shifts: &[f64], shorten: bool) -> Option<Solution> {
         let regressions = self.regressions(known)?;
-        let records = || known.records.iter().zip(&regressions);
-        let mut placed: Vec<Placed> = records()
-            .zip(shifts)
-            .map(|((record, regression), shift)| Self::place(record, regression, *shift))
-            .collect();
+        let each = regressions.iter().zip(shifts).enumerate();
+        let mut placed: Vec<Placed> =
+            each.map(|(number, (regression, shift))| Self::place(known, number, regression, *shift)).collect();
         let mut times = 0;
         loop {
             let solution = self.solve_within(known, &regressions, &mut placed, SHORTER.powi(times))?;
@@ -293,7 +294,7 @@ impl Ensemble {
             let mut of_shifts = Vec::new();
             let mut samples = 0.0;
             for (number, (record, regression)) in known.records.iter().zip(regressions).enumerate() {
-                let mut window = Self::place(record, regression, placed[number].shift);
+                let mut window = Self::place(known, number, regression, placed[number].shift);
                 let onset = (record.onset as f64 - window.shift).max(0.0);
                 let length = (shorter * (window.to as f64 - onset)).max((LEAST_CYCLES * SAMPLES_PER_CYCLE) as f64);
                 window.to = ((onset + length) as usize).min(window.to);
@@ -519,7 +520,7 @@ impl Ensemble {
         let low_pass = LowPass::new(1.0, len, 0.5 * record.band);
         let mean: Vec<f64> = (0..regression.coefficients.nrows()).map(|t| regression.coefficients[(t, 0)]).collect();
         let further = nuisances.columns(record, &mean, rows);
-        let finer = known.correction.get(number).map(|(mean, _)| mean.as_slice());
+        let corrected = known.correction.get(number);
         let traces: Vec<Vec<f64>> = out
             .iter()
             .map(|run| {
@@ -528,12 +529,17 @@ impl Ensemble {
                 let sigma = record.sigma * (1.0 + normal() / (2.0 * record.freedom).sqrt()).max(0.3);
                 let noise: Vec<f64> = (0..len).map(|_| sigma * normal()).collect();
                 let noise = if record.band < 1.0 { low_pass.apply(&noise) } else { noise };
-                let amounts: Vec<f64> = (0..further.ncols()).map(|_| normal()).collect();
+                let mut drawn = |count: usize| -> Vec<f64> { (0..count).map(|_| normal()).collect() };
+                let amounts = drawn(further.ncols());
+                let unknown = drawn(corrected.map_or(0, |(_, columns)| columns.ncols()));
                 rows.iter()
                     .enumerate()
                     .map(|(i, t)| {
                         let known: f64 = amounts.iter().enumerate().map(|(j, amount)| amount * further[(i, j)]).sum();
-                        let more = finer.map_or(0.0, |mean| mean[*t]);
+                        let more = corrected.map_or(0.0, |(mean, columns)| {
+                            mean[*t]
+                                + unknown.iter().enumerate().map(|(j, amount)| amount * columns[(*t, j)]).sum::<f64>()
+                        });
                         all.traces[number][(*t, *run)] + more - expected[*t] + noise[t - first] + known
                     })
                     .collect()

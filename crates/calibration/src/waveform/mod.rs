@@ -7,6 +7,7 @@
 //! Method, formulas and counts: `docs/method.md`.
 
 mod columns;
+mod difference;
 mod ensemble;
 mod record;
 mod regression;
@@ -14,17 +15,22 @@ mod rounds;
 mod source;
 mod start;
 
+use std::sync::Arc;
+
 use argmin::core::Executor;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::difference::Difference;
 use self::{
     record::RecordTrace,
     rounds::Rounds,
     source::{Source, Sources},
+    start::Start,
 };
 use crate::{
     drive::HornNoise,
     estimate::{Estimate, UNIDENTIFIED},
+    fidelity::FidelityLevel,
     forward::{Forward, Uncertainty},
     parameter::Parameter,
     posterior::Posterior,
@@ -62,6 +68,9 @@ pub struct WaveformFit {
     pub left_out: usize,
     /// Whether the answer had come to rest.
     pub settled: bool,
+    /// What the model above the chain that answers changes of its runs.
+    #[serde(skip)]
+    pub(crate) difference: Option<Arc<Difference>>,
 }
 
 /// A record with what makes its runs.
@@ -69,6 +78,8 @@ pub(crate) struct Compared<'a> {
     pub forward: &'a Forward,
     pub noise: Option<HornNoise>,
     pub trace: &'a Series,
+    /// What the model above the chain changes of its runs, where that is known.
+    pub difference: Option<Arc<Difference>>,
 }
 
 /// Fewest cycles behind the onset by which a waveform decides.
@@ -79,6 +90,12 @@ const WIDEST: f64 = 0.15;
 
 /// p below which the rounds are repeated from the answer of the amplitudes.
 const AGAIN: f64 = 0.01;
+
+/// Most times that pairs are made anew about the answer that they gave, the distance of it from their middle, in their spread, that needs no further
+/// ones, and what lies between the numbers of their runs.
+const TURNS: u64 = 4;
+const NEAR: f64 = 1.5;
+const BETWEEN: u64 = 1 << 20;
 
 /// 95 % quantile of the standard normal distribution.
 pub(crate) const QUANTILE: f64 = 1.644_853_627;
@@ -136,33 +153,77 @@ fn level(Uncertainty { drive, droop, .. }: Uncertainty) -> (f64, f64) {
     (mean, (drive * drive / 3.0 + variance.max(0.0)).sqrt())
 }
 
-/// The fit of the waveforms of all records, whose search on amplitudes knows `known` (unit coordinates, the best first). `None` where a record has no
-/// waveform that can be compared, or nothing comes of it.
+/// The fit of the waveforms of all records on the chain, whose search on amplitudes knows `known` (unit coordinates, the best first). `None` where a
+/// record has no waveform that can be compared, or nothing comes of it.
 pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64) -> Option<WaveformFit> {
-    let source = |compared: Compared| {
-        let comparison = &compared.forward.comparison;
-        let on_disc = matches!(compared.forward.scene().support, Support::Disc { .. });
-        if comparison.averages > 1 || on_disc || comparison.measurand() == Measurand::Pressure {
-            return None;
-        }
-        let trace = RecordTrace::of(compared.trace, comparison)?;
-        Some(Source::new(compared.forward.clone(), compared.noise, trace))
-    };
+    let source = |compared| source(compared, None);
     let sources = Sources::new(records.into_iter().map(source).collect::<Option<Vec<_>>>()?);
     let [found, own] = start::search(&sources, known, seed)?;
-    let first = run(Rounds::about(sources.clone(), found, seed));
+    let first = run(Rounds::about(sources.clone(), found, seed)).and_then(|rounds| said(&rounds));
     if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
         return first;
     }
-    let again = run(Rounds::about(sources, own, seed));
+    let again = run(Rounds::about(sources, own, seed)).and_then(|rounds| said(&rounds));
+    better(first, again)
+}
+
+/// The same on a model above the chain, whose amplitudes say where the answer lies (unit coordinates) and the standard deviations of it (ln).
+pub(crate) fn fit_above(
+    compared: Compared,
+    above: &FidelityLevel,
+    at: &[f64],
+    deviations: &[f64],
+    seed: u64,
+) -> Option<WaveformFit> {
+    let sources = Sources::new(vec![source(compared, Some(above.clone()))?]);
+    let first = turns(&sources, start::about(&sources, at, deviations)?, seed);
+    if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
+        return first;
+    }
+    let [found, _] = start::search(&sources, &[at.to_vec()], seed)?;
+    better(first, turns(&sources, found, seed))
+}
+
+/// Rounds, and again with pairs about their answer, until it lies in the middle of its pairs.
+fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> {
+    for turn in 0.. {
+        let paired = sources.paired(turn * BETWEEN, &start, seed)?;
+        let rounds = run(Rounds::about(paired, start, seed))?;
+        let latest = rounds.latest()?;
+        if turn + 1 == TURNS || turn > 0 && rounds.sources.distance(&latest.at) < NEAR {
+            return said(&rounds);
+        }
+        start = Start::behind(latest);
+    }
+    None
+}
+
+fn better(first: Option<WaveformFit>, again: Option<WaveformFit>) -> Option<WaveformFit> {
     match (first, again) {
         (Some(first), Some(again)) => Some(if first.p < again.p { again } else { first }),
         (first, again) => first.or(again),
     }
 }
 
-fn run(rounds: Rounds) -> Option<WaveformFit> {
-    let rounds = Executor::new((), rounds).ctrlc(false).timer(false).run().ok()?.solver;
+/// A record that can be compared, with what makes its runs.
+fn source(compared: Compared, above: Option<FidelityLevel>) -> Option<Source> {
+    let comparison = &compared.forward.comparison;
+    let on_disc = matches!(compared.forward.scene().support, Support::Disc { .. });
+    if comparison.averages > 1 || on_disc || comparison.measurand() == Measurand::Pressure {
+        return None;
+    }
+    let trace = RecordTrace::of(compared.trace, comparison)?;
+    let mut source = Source::new(compared.forward.clone(), compared.noise, trace);
+    (source.above, source.difference) = (above, compared.difference);
+    Some(source)
+}
+
+fn run(rounds: Rounds) -> Option<Rounds> {
+    Some(Executor::new((), rounds).ctrlc(false).timer(false).run().ok()?.solver)
+}
+
+/// What rounds that have ended say.
+fn said(rounds: &Rounds) -> Option<WaveformFit> {
     let answer = rounds.answer()?;
     let sources = &rounds.sources;
     let solution = answer.solution;
@@ -200,5 +261,6 @@ fn run(rounds: Rounds) -> Option<WaveformFit> {
         runs: rounds.runs,
         left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
         settled: rounds.settled,
+        difference: sources.records[0].difference.clone(),
     })
 }

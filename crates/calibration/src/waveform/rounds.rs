@@ -97,10 +97,8 @@ pub(super) struct Answer {
 impl Rounds {
     /// About a point with a box around it.
     pub fn about(sources: Sources, Start { centre, half, shifts }: Start, seed: u64) -> Self {
-        let dimension = centre.len();
         let widest: Vec<f64> = half.iter().map(|half| 0.5 * half).collect();
-        let lower =
-            (0..dimension).map(|a| (0..dimension).map(|b| if a == b { widest[a] } else { 0.0 }).collect()).collect();
+        let lower = diagonal(&widest);
         Self {
             sources,
             seed: seed ^ SEED,
@@ -120,24 +118,13 @@ impl Rounds {
         }
     }
 
-    /// z of the runs of a round: a normal distribution by a low-discrepancy sequence.
-    fn drawn(&self, count: usize) -> Vec<Vec<f64>> {
-        let normal = Normal::standard();
-        let coordinate = |run: usize, d: usize| {
-            let seed = (self.seed as u32).wrapping_add(self.rounds as u32 * 7919);
-            let uniform = f64::from(sobol_burley::sample(run as u32, d as u32, seed));
-            normal.inverse_cdf(uniform.clamp(1e-4, 1.0 - 1e-4))
-        };
-        (0..count).map(|run| (0..self.centre.len()).map(|d| coordinate(run, d)).collect()).collect()
-    }
-
     /// Make a round; the runs that finished.
     fn make(&mut self) -> Option<Ensemble> {
         let count = if self.rounds == 0 { FIRST } else { FURTHER };
         let mut ensemble = Ensemble {
             centre: self.centre.clone(),
             lower: self.lower.clone(),
-            points: self.drawn(count),
+            points: drawn(count, self.centre.len(), (self.seed as u32).wrapping_add(self.rounds as u32 * 7919)),
             traces: Vec::new(),
         };
         let at: Vec<Vec<f64>> = ensemble.points.iter().map(|z| self.sources.inside(ensemble.at(z))).collect();
@@ -309,9 +296,14 @@ impl Rounds {
         Some(Ensemble { centre: about.at.clone(), lower: self.lower.clone(), points, traces })
     }
 
+    /// What the last round found; `None` where one failed.
+    pub fn latest(&self) -> Option<&Solution> {
+        self.latest.as_ref().filter(|_| !self.failed)
+    }
+
     /// What the last rounds say together, by runs corrected for their step.
     pub fn answer(&self) -> Option<Answer> {
-        let latest = self.latest.as_ref().filter(|_| !self.failed)?;
+        let latest = self.latest()?;
         let finer = self.sources.finer(self.runs, &latest.at);
         let longest = |record: usize| finer.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
         let ensemble = self.near(latest, MOST_TOGETHER, &longest)?;
@@ -323,6 +315,20 @@ impl Rounds {
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
         Some(Answer { solution, p })
     }
+}
+
+pub(super) fn diagonal(values: &[f64]) -> Vec<Vec<f64>> {
+    (0..values.len()).map(|a| (0..values.len()).map(|b| if a == b { values[a] } else { 0.0 }).collect()).collect()
+}
+
+/// z of `count` runs: a normal distribution by a low-discrepancy sequence.
+pub(super) fn drawn(count: usize, dimension: usize, seed: u32) -> Vec<Vec<f64>> {
+    let normal = Normal::standard();
+    let coordinate = |run: usize, d: usize| {
+        let uniform = f64::from(sobol_burley::sample(run as u32, d as u32, seed));
+        normal.inverse_cdf(uniform.clamp(1e-4, 1.0 - 1e-4))
+    };
+    (0..count).map(|run| (0..dimension).map(|d| coordinate(run, d)).collect()).collect()
 }
 
 /// a − b.

@@ -1,28 +1,36 @@
-//! Where the traces come from: the chain under every record's drive.
+//! Where the traces come from: the chain under every record's drive, with what the model above it changes where there is one.
+
+use std::sync::Arc;
 
 use faer::Mat;
 use rayon::prelude::*;
 
 use super::{
     columns::Nuisances,
-    ensemble::Known,
+    difference::Difference,
+    ensemble::{Known, beside},
     record::{RecordTrace, whitened},
+    rounds::{diagonal, drawn},
+    start::Start,
 };
 use crate::{
+    discrepancy::{CHAIN_ERROR, MESH_ERROR},
     drive::HornNoise,
+    fidelity::FidelityLevel,
     forward::Forward,
     parameter::{Parameter, Target, reflect},
 };
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 
-/// Pairs of runs that tell what a finer step changes.
+/// Pairs of runs that tell what a finer step changes, and those that tell what a finer mesh does.
 const PAIRS: usize = 16;
+const MESH_PAIRS: usize = 5;
+
+/// Pairs that tell what the model above the chain changes.
+const PAIRS_ABOVE: usize = 24;
 
 /// Fewest of them that say anything.
 const FEWEST_PAIRS: usize = 4;
-
-/// Error of the chain's step over its difference from one a quarter as long.
-const CHAIN_ERROR: f64 = 4.0 / 3.0;
 
 /// One record and what makes its runs.
 #[derive(Clone)]
@@ -31,7 +39,13 @@ pub(super) struct Source {
     pub noise: Option<HornNoise>,
     pub trace: RecordTrace,
     nuisances: Nuisances,
+    /// The model above the chain that answers, and what it changes near a point.
+    pub above: Option<FidelityLevel>,
+    pub difference: Option<Arc<Difference>>,
 }
+
+/// A point of the box in unit coordinates, and a factor on the stiffness over mass.
+type Point = (Vec<f64>, f64);
 
 #[derive(Clone)]
 pub(super) struct Sources {
@@ -59,7 +73,7 @@ impl Source {
         let peak = along.iter().fold(f64::MIN_POSITIVE, |most, x| f64::max(most, x.abs()));
         [&mut along, &mut across].into_iter().flatten().for_each(|x| *x /= peak);
         let nuisances = Nuisances::new(forward.uncertainty().sensitivity, [along, across], scene.drive.frequency);
-        Self { forward, noise, trace, nuisances }
+        Self { forward, noise, trace, nuisances, above: None, difference: None }
     }
 }
 
@@ -82,8 +96,40 @@ impl Sources {
             nuisances: self.records.iter().map(|source| source.nuisances.clone()).collect(),
             prior: self.modulus,
             level: self.level(),
-            correction: Vec::new(),
+            correction: self.differing(),
         }
+    }
+
+    /// What is not known of the model above the chain, of every record; empty where there is none.
+    fn differing(&self) -> Vec<Correction> {
+        let of = |source: &Source| {
+            let columns = source.difference.as_ref()?.columns.clone();
+            Some((vec![0.0; columns.nrows()], columns))
+        };
+        self.records.iter().map(of).collect::<Option<_>>().unwrap_or_default()
+    }
+
+    /// The same with what the model above the chain changes, by pairs numbered from `first` where rounds would begin; `None` where too few finish.
+    pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<Self> {
+        let lower = diagonal(&start.half.iter().map(|half| 0.5 * half).collect::<Vec<f64>>());
+        let seed = (seed as u32).wrapping_add(first as u32);
+        let moved = |z: Vec<f64>| (0..z.len()).map(|d| start.centre[d] + lower[d][d] * z[d]).collect();
+        let at: Vec<Vec<f64>> =
+            drawn(PAIRS_ABOVE, start.centre.len(), seed).into_iter().map(|z| self.inside(moved(z))).collect();
+        let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
+        let mut sources = self.clone();
+        for source in &mut sources.records {
+            let own = source.runs(NUMBERED + first, &points, None)?;
+            let above = source.runs_above(source.above.as_ref()?, NUMBERED + first, &points);
+            source.difference = Some(Arc::new(Difference::of((&start.centre, &lower), &at, own, above)?));
+        }
+        Some(sources)
+    }
+
+    /// Largest distance of a point from the middle of the pairs, in their spread.
+    pub fn distance(&self, at: &[f64]) -> f64 {
+        let each = self.records.iter().filter_map(|source| Some(source.difference.as_ref()?.distance(at)));
+        each.fold(0.0, f64::max)
     }
 
     /// Number of the parameter that the drive's level multiplies, where that is fitted.
@@ -107,7 +153,7 @@ impl Sources {
     }
 
     /// Unit coordinates and factor on the stiffness of a point in ln.
-    fn point(&self, at: &[f64]) -> (Vec<f64>, f64) {
+    fn point(&self, at: &[f64]) -> Point {
         let unit = at.iter().zip(&self.spans).map(|(x, span)| x / span).collect();
         let stiffness = self.modulus.and_then(|_| at.last()).map_or(1.0, |x| x.exp());
         (unit, stiffness)
@@ -131,8 +177,19 @@ impl Sources {
 
     /// The traces of every record, a run a point; the first is run `first`, and each lasts so many cycles, or as long as is compared.
     pub fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Vec<Option<Vec<f64>>>>> {
-        let points: Vec<(Vec<f64>, f64)> = at.iter().map(|at| self.point(at)).collect();
-        self.records.iter().map(|source| source.runs(NUMBERED + first, &points, cycles)).collect()
+        let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
+        let of = |source: &Source| {
+            let mut runs = source.runs(NUMBERED + first, &points, cycles)?;
+            if let Some(difference) = &source.difference {
+                let both = runs.iter_mut().zip(at).filter_map(|(run, at)| Some((run.as_mut()?, at)));
+                both.for_each(|(run, at)| {
+                    difference.add_to(run, at);
+                    run.truncate(difference.columns.nrows());
+                });
+            }
+            Some(runs)
+        };
+        self.records.iter().map(of).collect()
     }
 
     /// Whether any record may still leave samples out.
@@ -154,20 +211,29 @@ impl Sources {
         any
     }
 
-    /// What a finer step changes at a point, by runs numbered from `first`.
-    /// Empty where too few pairs finished.
+    /// What a finer step of the model that answers changes at a point, or a finer mesh, by runs numbered from `first`, with what is not known of that
+    /// model. Empty where nothing is known of it.
     pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
         let of = |source: &Source| source.finer(NUMBERED + first, self.point(at));
-        self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
+        let finer = self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default();
+        let differing = self.differing();
+        if finer.is_empty() || differing.is_empty() {
+            return if finer.is_empty() { differing } else { finer };
+        }
+        let both = |((mean, finer), (_, differing)): (Correction, Correction)| {
+            let rows = mean.len().min(differing.nrows());
+            let columns = beside(&[finer.as_ref().subrows(0, rows), differing.as_ref().subrows(0, rows)]);
+            (mean[..rows].to_vec(), columns)
+        };
+        finer.into_iter().zip(differing).map(both).collect()
     }
 }
 
-/// Mean of differences, and what is not known of it: a column a difference.
-fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>) -> Option<Correction> {
+/// Mean of `error` times the differences, and what is not known of it: a column a difference.
+fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>, error: f64) -> Option<Correction> {
     let both = own.into_iter().zip(finer).filter_map(|(own, finer)| own.zip(finer));
-    let apart: Vec<Vec<f64>> = both
-        .map(|(own, finer)| finer.iter().zip(&own).map(|(finer, own)| CHAIN_ERROR * (finer - own)).collect())
-        .collect();
+    let apart: Vec<Vec<f64>> =
+        both.map(|(own, finer)| finer.iter().zip(&own).map(|(finer, own)| error * (finer - own)).collect()).collect();
     let count = apart.len() as f64;
     let len = apart.iter().map(Vec::len).min().filter(|_| apart.len() >= FEWEST_PAIRS)?;
     let mean: Vec<f64> = (0..len).map(|t| apart.iter().map(|one| one[t]).sum::<f64>() / count).collect();
@@ -178,21 +244,36 @@ fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>) -> Optio
 
 impl Source {
     /// Runs, as the record is compared with them, of so many cycles or of as many as are compared.
-    fn runs(&self, first: u64, points: &[(Vec<f64>, f64)], cycles: Option<f64>) -> Option<Vec<Option<Vec<f64>>>> {
+    fn runs(&self, first: u64, points: &[Point], cycles: Option<f64>) -> Option<Vec<Option<Vec<f64>>>> {
         let (scene, noise) = (self.forward.scene(), self.noise.as_ref());
         let made = match cycles.map(|cycles| cycles / scene.drive.frequency).filter(|it| *it < scene.duration) {
             Some(duration) => self.forward.lasting(duration).ok()?.waveforms(first, points, noise),
             None => self.forward.waveforms(first, points, noise),
         };
-        Some(made.into_par_iter().map(|trace| Some(whitened(&trace?, self.trace.step, self.trace.corner))).collect())
+        Some(made.into_par_iter().map(|trace| Some(self.whitened(&trace?))).collect())
     }
 
-    /// What a finer step changes at a point.
-    fn finer(&self, first: u64, point: (Vec<f64>, f64)) -> Option<Correction> {
+    fn whitened(&self, trace: &[f64]) -> Vec<f64> {
+        whitened(trace, self.trace.step, self.trace.corner)
+    }
+
+    /// The same runs of a model above the chain.
+    fn runs_above(&self, above: &FidelityLevel, first: u64, points: &[Point]) -> Vec<Option<Vec<f64>>> {
+        let made = above.waveforms(first, points, self.noise.as_ref());
+        made.into_par_iter().map(|trace| Some(self.whitened(&trace?))).collect()
+    }
+
+    /// What a finer step or mesh changes at a point.
+    fn finer(&self, first: u64, point: Point) -> Option<Correction> {
+        if let Some(above) = &self.above {
+            let (points, finer) = (vec![point; MESH_PAIRS], above.finer()?);
+            let [own, finer] = [above, finer].map(|level| self.runs_above(level, first, &points));
+            return correction(own, finer, MESH_ERROR);
+        }
         let finer = Self { forward: self.forward.refined()?, ..self.clone() };
         let points = vec![point; PAIRS];
         let (own, finer) = rayon::join(|| self.runs(first, &points, None), || finer.runs(first, &points, None));
-        correction(own?, finer?)
+        correction(own?, finer?, CHAIN_ERROR)
     }
 }
 

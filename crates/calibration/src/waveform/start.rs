@@ -4,7 +4,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::source::{Sources, misfit};
+use super::{
+    ensemble::Solution,
+    source::{Source, Sources, misfit},
+};
 use crate::{parameter::reflect, search::scattered};
 
 /// Points over the whole box, then around the best so many, so many times.
@@ -39,11 +42,33 @@ const CYCLES: f64 = 10.0;
 
 const SEED: u64 = 0x57A2_7000;
 
+/// Standard deviations of an answer that a start behind it is wide, and what is added, ln.
+const BEHIND: (f64, f64) = (6.0, 4e-3);
+
 /// Where the rounds begin, ln.
+#[derive(Clone)]
 pub(super) struct Start {
     pub centre: Vec<f64>,
     pub half: Vec<f64>,
     pub shifts: Vec<f64>,
+}
+
+impl Start {
+    /// About an answer.
+    pub fn behind(answer: &Solution) -> Self {
+        let half = (0..answer.at.len()).map(|d| BEHIND.0 * answer.covariance[d][d].sqrt() + BEHIND.1);
+        Self { centre: answer.at.clone(), half: half.collect(), shifts: answer.shifts() }
+    }
+}
+
+/// A start about a point (unit coordinates) that is known to so many standard deviations (ln).
+pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Option<Start> {
+    let centre = sources.of_unit(at);
+    let runs = sources.traces(0, std::slice::from_ref(&centre), None)?;
+    let shift = |(source, runs): (&Source, &Vec<Option<Vec<f64>>>)| Some(misfit(&source.trace, runs[0].as_ref()?).1);
+    let shifts = sources.records.iter().zip(&runs).map(shift).collect::<Option<Vec<f64>>>()?;
+    let half = deviations.iter().map(|deviation| (2.0 * deviation).clamp(HALF.0, HALF.1));
+    Some(Start { centre, half: half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect(), shifts })
 }
 
 /// A run of the search: unit coordinates, misfit, shifts.

@@ -1,0 +1,83 @@
+//! What the model above the chain changes of a trace, by pairs of runs under the same nuisances.
+//!
+//! Near an answer V_above(t) − V_chain(t) = D₀(t) + D(t) z + R(t) with z about the answer in units of the pairs' spread. D₀ + D z is added to every run
+//! of the chain; R, what a pair leaves, joins the covariance as columns.
+
+use faer::Mat;
+
+use super::{
+    ensemble::{beside, solved},
+    regression::Regression,
+};
+
+/// Fewest pairs behind the number of coefficients that say anything.
+const FEWEST: usize = 8;
+
+/// Farthest from the middle of the pairs that their straight line is followed, in their spread.
+const REACH: f64 = 2.5;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Difference {
+    centre: Vec<f64>,
+    /// Rows of the lower triangular matrix that turns z into ln.
+    lower: Vec<Vec<f64>>,
+    /// D₀ and D, a column each.
+    coefficients: Mat<f64>,
+    /// R of every pair over √(n − k), with what is not known of D₀.
+    pub(super) columns: Mat<f64>,
+}
+
+impl Difference {
+    /// Of pairs at points (ln) about a centre, some of which may have failed; `None` of too few.
+    pub fn of(
+        (centre, lower): (&[f64], &[Vec<f64>]),
+        at: &[Vec<f64>],
+        own: Vec<Option<Vec<f64>>>,
+        above: Vec<Option<Vec<f64>>>,
+    ) -> Option<Self> {
+        let (mut points, mut apart) = (Vec::new(), Vec::<Vec<f64>>::new());
+        for (at, (own, above)) in at.iter().zip(own.into_iter().zip(above)) {
+            if let (Some(own), Some(above)) = (own, above) {
+                points.push(z(centre, lower, at)?);
+                apart.push(above.iter().zip(&own).map(|(above, own)| above - own).collect());
+            }
+        }
+        let pairs = points.len();
+        if pairs < centre.len() + 1 + FEWEST {
+            return None;
+        }
+        let len = apart.iter().map(Vec::len).min()?;
+        let traces = Mat::from_fn(len, pairs, |t, pair| apart[pair][t]);
+        let Regression { coefficients, residuals, freedom } = Regression::of(&points, traces.as_ref(), false)?;
+        let scale = ((1.0 + 1.0 / pairs as f64) / freedom).sqrt();
+        let columns = Mat::from_fn(len, pairs, |t, pair| scale * residuals[(t, pair)]);
+        Some(Self { centre: centre.to_vec(), lower: lower.to_vec(), coefficients, columns })
+    }
+
+    /// The same for a bench that is altered a little: the whole of D₀ is uncertain.
+    pub fn altered(&self) -> Self {
+        let mean = self.coefficients.subcols(0, 1);
+        Self { columns: beside(&[self.columns.as_ref(), mean]), ..self.clone() }
+    }
+
+    /// Turn a run of the chain at a point (ln) into what the model above expects.
+    pub fn add_to(&self, run: &mut [f64], at: &[f64]) {
+        let Some(z) = z(&self.centre, &self.lower, at) else { return };
+        let z: Vec<f64> = z.into_iter().map(|z| z.clamp(-REACH, REACH)).collect();
+        for (t, value) in run.iter_mut().enumerate().take(self.coefficients.nrows()) {
+            let slope = z.iter().enumerate().map(|(d, z)| self.coefficients[(t, d + 1)] * z).sum::<f64>();
+            *value += self.coefficients[(t, 0)] + slope;
+        }
+    }
+
+    /// Largest distance of a point (ln) from the middle of the pairs, in their spread.
+    pub fn distance(&self, at: &[f64]) -> f64 {
+        z(&self.centre, &self.lower, at)
+            .map_or(f64::INFINITY, |z| z.iter().fold(0.0, |most, z| f64::max(most, z.abs())))
+    }
+}
+
+fn z(centre: &[f64], lower: &[Vec<f64>], at: &[f64]) -> Option<Vec<f64>> {
+    let apart: Vec<f64> = at.iter().zip(centre).map(|(a, b)| a - b).collect();
+    solved(lower, &apart)
+}
