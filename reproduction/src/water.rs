@@ -29,20 +29,16 @@ use granchain_signal::{
     },
 };
 
-/// Printed peak pressure, Pa.
 pub const PRINTED_PRESSURE: f64 = 14e3;
 /// Printed level around 0.95 MHz, dB re the fundamental.
 pub const PRINTED_LEVEL_DB: f64 = -21.0;
-/// Printed drive, m.
 pub const PRINTED_DRIVE: f64 = 3.96e-6;
 /// Half the relative spread of the drive over the runs of one cell.
 pub const DRIVE_SPREAD: f64 = 0.02;
 /// How far a level may lie from the printed one and still count as it, dB: a reader's error on a printed spectrum.
 pub const LEVEL_TOLERANCE_DB: f64 = 3.0;
 
-/// Mounts, as in `disc.rim`.
 pub const RIMS: [&str; 3] = ["clamped", "supported", "free"];
-/// Baffles, as in `water.baffle`.
 pub const BAFFLES: [&str; 2] = ["rigid", "soft"];
 /// Places of the dampers, as in `damping.at`.
 pub const PLACEMENTS: [&str; 2] = ["all", "beads"];
@@ -54,10 +50,8 @@ pub const TIP_QUALITIES: [f64; 2] = [50.0, 500.0];
 /// Masses from the largest to the least, evenly in the logarithm.
 const TIP_MASSES: usize = 5;
 
-/// How much is run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterPlan {
-    /// Drives, m, ascending.
     pub drives_m: Vec<f64>,
     /// Runs at each drive over ±2 %, ≥ 3.
     pub members: usize,
@@ -82,11 +76,8 @@ impl WaterPlan {
 /// A way to read what the paper leaves open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Combination {
-    /// Of [`RIMS`].
     pub rim: &'static str,
-    /// Of [`BAFFLES`].
     pub baffle: &'static str,
-    /// Of [`PLACEMENTS`].
     pub placement: &'static str,
 }
 
@@ -163,14 +154,12 @@ fn crossing(cells: &[Cell]) -> Option<Crossing> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Waveform {
     pub combination: Combination,
-    /// Drive, m.
     pub drive_m: f64,
     /// Displacement of the piston, m, and its spectrum in the window of the pressure's.
     pub piston: Series,
     pub piston_spectrum: AmplitudeSpectrum,
     /// Velocity of the last bead's far pole, m/s.
     pub velocity: Series,
-    /// Pressure, Pa.
     pub pressure: Series,
     pub pressure_spectrum: AmplitudeSpectrum,
     /// What is measured on the pressure.
@@ -208,7 +197,6 @@ fn aluminium() -> [String; 1] {
     ["chain.material=aluminium".to_owned()]
 }
 
-/// The study.
 #[derive(Debug)]
 pub struct Study {
     plan: WaterPlan,
@@ -233,7 +221,6 @@ impl Study {
         Ok(Self { plan, overrides: overrides.to_vec(), scene, bodies })
     }
 
-    /// What is run.
     #[must_use]
     pub fn plan(&self) -> &WaterPlan {
         &self.plan

@@ -144,7 +144,6 @@ pub(super) struct Study {
 }
 
 impl Study {
-    /// What flags ask for.
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
         let Arguments { scenario, count, evaluations, model, mesh_density, waveform, output, session, .. } = arguments;
         if mesh_density.is_some() && model == RecordModel::Chain {

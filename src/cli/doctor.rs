@@ -15,7 +15,6 @@ pub struct Arguments {
     pub session: Session,
 }
 
-/// What is found.
 #[derive(Debug, Serialize)]
 struct Findings {
     version: &'static str,

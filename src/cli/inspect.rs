@@ -156,7 +156,6 @@ pub fn read(file: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Res
     }
 }
 
-/// The table for people.
 struct FolderText<'a> {
     folder: &'a Path,
     rows: &'a [FileRow],
@@ -419,7 +418,6 @@ fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
     }
 }
 
-/// A statement in words.
 fn say(statement: &Statement) -> String {
     match statement {
         Statement::Value { value, uncertainty, dimension, .. } => {

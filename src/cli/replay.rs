@@ -69,7 +69,6 @@ pub struct PressureAt {
     pub r_m: f64,
     /// Depth below the disc's back, m.
     pub z_m: f64,
-    /// What was measured there.
     #[serde(flatten)]
     pub features: PressureFeatures,
 }

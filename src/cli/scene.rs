@@ -183,7 +183,6 @@ fn keys(session: &Session) -> anyhow::Result<()> {
     session.result(text, &rows)
 }
 
-/// The value in SI.
 fn json_value(value: &SettingValue) -> Value {
     match value {
         SettingValue::Quantity(quantity) => json!(quantity.value),

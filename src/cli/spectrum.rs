@@ -70,15 +70,11 @@ const PISTON: &str = "piston_displacement_m";
 #[derive(Debug, Serialize)]
 pub struct Summary {
     pub file: String,
-    /// Of its bytes.
     pub sha256: String,
     /// What the record is of.
     pub quantity: &'static str,
-    /// Who says f0.
     pub drive_frequency_from: String,
-    /// Who says the window.
     pub window_from: String,
-    /// What was measured.
     #[serde(flatten)]
     pub features: Features,
     /// What was assumed on reading.

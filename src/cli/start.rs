@@ -103,7 +103,6 @@ fn parsed(words: &[String], session: &Session) -> anyhow::Result<Arguments> {
 struct Files {
     bead: Record,
     horn: Option<Record>,
-    /// What told them apart.
     why: String,
 }
 
@@ -411,7 +410,6 @@ fn further_column(record: &Record) -> Option<&String> {
     record.columns.iter().find(|column| !column.is_empty() && !used.contains(column))
 }
 
-/// What the terminal shows.
 fn summary(
     arguments: &Arguments,
     Files { bead, horn, why }: &Files,

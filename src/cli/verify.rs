@@ -70,17 +70,14 @@ struct Line {
     arguments: calibrate::Arguments,
 }
 
-/// What came of it.
 #[derive(Debug, Serialize)]
 struct Verification {
     folder: PathBuf,
-    /// Whether nothing differs.
     verified: bool,
     written_by: String,
     verified_by: String,
     /// Relative tolerance of every number.
     tolerance: f64,
-    /// Numbers compared.
     numbers: usize,
     differences: Vec<Difference>,
     /// Files of the manifest that are not in the folder.
@@ -96,7 +93,6 @@ struct Difference {
     place: String,
     /// What the calibration made again says.
     expected: String,
-    /// What stands there.
     found: String,
 }
 
@@ -154,7 +150,6 @@ fn read_manifest(folder: &Path) -> anyhow::Result<Manifest> {
         .with_context(|| format!("{}: expected a manifest; the file was altered", path.display()))
 }
 
-/// Files by their names.
 type Stored = BTreeMap<String, Vec<u8>>;
 
 /// The files of the folder that the manifest knows, and the names of the others, which are not read.

@@ -122,7 +122,6 @@ impl Measured {
         }
     }
 
-    /// SHA-256 of the file.
     #[must_use]
     pub fn sha256(&self) -> &str {
         match self {

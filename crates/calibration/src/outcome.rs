@@ -16,7 +16,6 @@ use super::{
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
 
-/// `calibration.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
     pub program: String,
@@ -65,7 +64,6 @@ pub struct MaskedStretch {
     pub file: String,
     /// Last valid instant before them and first one behind them, s on the record's clock; absent at an end of the record.
     pub from_s: Option<f64>,
-    /// See `from_s`.
     pub to_s: Option<f64>,
     pub samples: usize,
     pub reason: String,
@@ -186,7 +184,6 @@ fn is_velocity(quantity: &Measurand) -> bool {
     *quantity == Measurand::Velocity
 }
 
-/// One fitted parameter, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedParameter {
     /// The jointly most likely value.

@@ -225,13 +225,11 @@ impl Parameter {
         (low < self.low || high > self.high).then(|| Self { low, high, ..self.clone() })
     }
 
-    /// Value at coordinate `u`.
     #[must_use]
     pub fn value(&self, u: f64) -> f64 {
         self.low * (self.high / self.low).powf(u)
     }
 
-    /// Coordinate of `value`.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
         (value / self.low).ln() / self.span()

@@ -213,12 +213,7 @@ pub enum PlanError {
          evaluations, fit, seed, [reading], [drive] file and [drive.reading], [[record]] measured, drive, reading, scene and set, \
          [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
     )]
-    Form {
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        message: String,
-    },
+    Form { path: PathBuf, line: usize, message: String },
     #[error("{}: [{table}] {source}", path.display())]
     Reading { path: PathBuf, table: &'static str, source: ReadingError },
     #[error(transparent)]

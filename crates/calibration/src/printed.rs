@@ -67,7 +67,6 @@ pub enum Quantity {
 /// What is said of one feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Meaning {
-    /// A number, SI.
     Value {
         quantity: Quantity,
         /// The number, SI, with its sign.
@@ -128,34 +127,18 @@ pub enum PrintedError {
         "the features were published for a drive of {published_hz:.0} Hz, the scene is driven at {scene_hz:.0} Hz; name the \
          right scene or drive, or pass --drive-frequency"
     )]
-    DriveFrequency {
-        /// Of the publication, Hz.
-        published_hz: f64,
-        /// Of the scene, Hz.
-        scene_hz: f64,
-    },
+    DriveFrequency { published_hz: f64, scene_hz: f64 },
     #[error("feature `{name}`: expected positive_peak, negative_peak, thd, amplitude_P/Q or ratio_P/Q with a value")]
     UnknownFeature { name: String },
     #[error(
         "feature `{name}`: the line at {frequency_hz:.0} Hz lies above {limit_hz:.0} Hz, up to which runs are compared; delete it"
     )]
-    LineTooHigh {
-        name: String,
-        /// Its frequency, Hz.
-        frequency_hz: f64,
-        /// Highest usable, Hz.
-        limit_hz: f64,
-    },
+    LineTooHigh { name: String, frequency_hz: f64, limit_hz: f64 },
     #[error(
         "feature `{name}`: the drive is on for {periods:.1} periods of the line at {frequency_hz:.0} Hz, expected at least \
          {MINIMUM_LINE_PERIODS}; delete it, or use a longer burst"
     )]
-    LineTooLow {
-        name: String,
-        /// Its frequency, Hz.
-        frequency_hz: f64,
-        periods: f64,
-    },
+    LineTooLow { name: String, frequency_hz: f64, periods: f64 },
 }
 
 /// Why a run cannot be held against printed features.

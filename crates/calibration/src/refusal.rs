@@ -103,13 +103,7 @@ pub enum Refusal {
     #[error("bounds of `{name}`: expected {}", Parameter::names().join(", "))]
     UnknownBounds { name: String },
     #[error("bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {low} and {high}")]
-    Bounds {
-        name: String,
-        /// Lower bound, SI.
-        low: f64,
-        /// Upper bound, SI.
-        high: f64,
-    },
+    Bounds { name: String, low: f64, high: f64 },
     #[error("{what}")]
     NotSi { what: String, source: QuantityError },
     #[error(
@@ -117,11 +111,7 @@ pub enum Refusal {
     )]
     Evaluations { found: usize },
     #[error("uncertainty of {name}: expected a finite number ≥ 0, found {value}")]
-    Uncertainty {
-        name: String,
-        /// The value, SI.
-        value: f64,
-    },
+    Uncertainty { name: String, value: f64 },
     #[error("uncertainty of support_stiffness")]
     UncertainStiffness(#[source] ParameterError),
     #[error(

@@ -36,7 +36,6 @@ pub struct Truth {
     pub values: Vec<f64>,
     /// σ of the noise relative to the peak, 1.
     pub noise: f64,
-    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
     /// How much later than the drive's start the record's time zero is, s.
     pub trigger_offset_s: f64,
@@ -101,7 +100,6 @@ const PRE_TRIGGER: f64 = 30e-6;
 pub struct Lab {
     /// σ of the noise relative to the peak, 1.
     pub noise: f64,
-    /// Sample rate, Hz.
     pub sample_rate: f64,
     /// How much later than the drive's start the record's time zero is, s.
     pub trigger_offset: f64,

@@ -5,7 +5,6 @@ pub trait Choice: Copy + Default + Send + Sync + 'static {
     /// Every word, what it chooses, and what that means.
     const WORDS: &'static [(&'static str, Self, &'static str)];
 
-    /// What a word chooses.
     #[must_use]
     fn of_word(word: &str) -> Option<Self> {
         Self::WORDS.iter().find(|(own, ..)| *own == word).map(|(_, choice, _)| *choice)

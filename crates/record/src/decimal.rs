@@ -23,7 +23,6 @@ impl DecimalSign {
         }
     }
 
-    /// The character.
     #[must_use]
     pub(crate) fn character(self) -> char {
         match self {

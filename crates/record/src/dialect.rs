@@ -20,7 +20,6 @@ choice! {
 impl Delimiter {
     const ALL: [Self; 3] = [Self::Semicolon, Self::Tab, Self::Comma];
 
-    /// The character.
     #[must_use]
     pub(crate) fn character(self) -> char {
         char::from(self.byte())

@@ -30,7 +30,6 @@ pub struct Remainder {
 }
 
 impl Remainder {
-    /// Its rms, m.
     #[must_use]
     pub fn rms(&self) -> f64 {
         (self.density.iter().sum::<f64>() * self.frequency_step).sqrt()

@@ -14,7 +14,6 @@ pub(super) struct Stated {
     pub trigger: Option<f64>,
     /// Time recorded before the trigger, s.
     pub pretrigger: Option<f64>,
-    /// Drive frequency, Hz.
     pub drive_frequency: Option<f64>,
     /// Number of shots that the record is the mean of.
     pub averages: Option<usize>,
@@ -24,7 +23,6 @@ pub(super) struct Stated {
     pub puzzling: Vec<String>,
 }
 
-/// Keys of a sensitivity.
 const SENSITIVITIES: [&str; 5] =
     ["sensitivity", "scale", "hydrophone_sensitivity", "decoder_sensitivity", "vibrometer_sensitivity"];
 

@@ -59,7 +59,6 @@ const FEWEST_INCLINED: usize = 16;
 /// See [`FEWEST_INCLINED`].
 const INCLINED: f64 = 5.0;
 
-/// How a drive begins.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Beginning {
@@ -74,7 +73,6 @@ pub enum Beginning {
     },
 }
 
-/// How a drive ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Ending {
@@ -107,7 +105,6 @@ pub struct HornDrive {
     pub drift: f64,
     /// −6 dB point of the low-pass, Hz.
     pub cutoff: f64,
-    /// f0, Hz.
     pub drive_frequency: f64,
     /// Motion over the last period recorded, as a fraction of the peak.
     left_at_end: f64,

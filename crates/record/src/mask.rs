@@ -13,7 +13,6 @@ use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series,
 
 use super::baseline::median;
 
-/// Why samples are masked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MaskReason {
@@ -39,7 +38,6 @@ impl MaskReason {
     }
 }
 
-/// A masked stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Masked {
     /// Where, on the clock of the record's series.
@@ -49,7 +47,6 @@ pub struct Masked {
     pub reason: MaskReason,
 }
 
-/// Which samples are masked.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Masking {
@@ -148,7 +145,6 @@ const LOST: f64 = 2.0;
 const MOST_SAMPLES: usize = 1 << 16;
 /// Spikes that do not count where the largest extreme of a long record is sought.
 const FEW_SPIKES: usize = 12;
-/// Most stretches.
 const MOST_STRETCHES: usize = 100;
 /// A sample that moves, over the robust peak.
 const MOVES: f64 = 0.1;
@@ -341,7 +337,6 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
 /// What a search goes by.
 struct Search {
     period: f64,
-    /// Hz.
     cutoff: f64,
     block: usize,
     first_motion: usize,

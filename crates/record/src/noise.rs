@@ -22,7 +22,6 @@ pub enum NoiseSource {
 }
 
 impl NoiseSource {
-    /// In words.
     #[must_use]
     pub fn describe(self) -> &'static str {
         match self {

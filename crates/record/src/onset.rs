@@ -28,12 +28,10 @@ pub(super) enum Onset {
     Before,
 }
 
-/// What is looked at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search<'a> {
     /// The recorded quantity about its rest.
     pub values: &'a [f64],
-    /// Noise, rms.
     pub sigma: f64,
     /// Drive period, samples.
     pub period: f64,

@@ -4,7 +4,6 @@ use granchain_signal::Quantity;
 
 use super::{DecimalSign, Delimiter, Masking, Sensitivity, choice::choice};
 
-/// What was recorded where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordKind {

@@ -22,7 +22,6 @@ pub fn line_of(text: &str, at: Option<usize>) -> usize {
 }
 
 impl Place {
-    /// Somewhere in a file.
     #[must_use]
     pub fn file(path: &Path) -> Self {
         Self { path: path.into(), line: None, column: None }

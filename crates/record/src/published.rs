@@ -50,7 +50,6 @@ pub struct PublishedFeatures {
     pub sha256: String,
     pub title: String,
     pub source: String,
-    /// Drive frequency f0, Hz.
     pub drive_frequency: f64,
     pub cases: Vec<PublishedCase>,
     /// What is said, in the file's order.
@@ -65,7 +64,6 @@ pub struct PublishedCase {
     pub title: String,
 }
 
-/// One feature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedFeature {
     /// `positive_peak`, `negative_peak`, `amplitude_P/Q`, `ratio_P/Q`, `thd`, `line_P/Q`, or any name for an ordering.
@@ -79,9 +77,7 @@ pub struct PublishedFeature {
 /// What is said of one feature.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Statement {
-    /// A value, SI.
     Value {
-        /// The value, SI.
         value: f64,
         /// Its standard uncertainty, SI, where printed.
         uncertainty: Option<f64>,

@@ -28,7 +28,6 @@ pub struct Reading {
     #[serde(alias = "column")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channel: Option<String>,
-    /// Column of time, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_column: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -165,7 +164,6 @@ impl Reading {
         }
     }
 
-    /// Whether it states nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -247,12 +245,7 @@ pub enum BenchReadingsError {
         "{}:{line}: {message}; a bench file has the tables [vibrometer], [horn-tip] and [hydrophone] with the keys of a [reading]",
         path.display()
     )]
-    Form {
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        message: String,
-    },
+    Form { path: PathBuf, line: usize, message: String },
     #[error("{}: [{table}] {source}", path.display())]
     Reading { path: PathBuf, table: &'static str, source: ReadingError },
 }

@@ -13,16 +13,13 @@ use super::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordedQuantity {
-    /// Displacement, m.
     Displacement,
-    /// Velocity, m/s.
     Velocity,
     /// Pressure about the ambient one, Pa.
     Pressure,
 }
 
 impl RecordedQuantity {
-    /// Its SI unit.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -114,7 +111,6 @@ impl RecordKind {
         }
     }
 
-    /// What that series is.
     #[must_use]
     pub fn quantity(self) -> &'static str {
         match self {
@@ -124,7 +120,6 @@ impl RecordKind {
         }
     }
 
-    /// Its dimension.
     #[must_use]
     pub fn dimension(self) -> Dimension {
         match self {

@@ -85,7 +85,6 @@ pub(super) fn remedies(errors: &[MeasurementError]) -> String {
 }
 
 impl MeasurementError {
-    /// All that is wrong.
     pub(super) fn of_all(mut errors: Vec<Self>) -> Self {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }

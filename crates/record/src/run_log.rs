@@ -36,7 +36,6 @@ pub struct RunLog {
     damaged: Vec<usize>,
 }
 
-/// Where lines are appended.
 #[derive(Debug)]
 struct End {
     file: File,
@@ -64,13 +63,11 @@ pub struct RunIndex {
 }
 
 impl RunIndex {
-    /// Number of runs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()

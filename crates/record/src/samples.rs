@@ -36,7 +36,6 @@ pub(super) struct Gap {
     pub standing: Option<(u64, f64)>,
 }
 
-/// How rows are taken.
 pub(super) struct Taking<'a> {
     pub path: &'a Path,
     pub dialect: Dialect,

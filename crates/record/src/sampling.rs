@@ -110,9 +110,7 @@ const WIDEST: f64 = 2e-3;
 /// An even clock behind rounded instants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    /// First instant, s.
     pub start: f64,
-    /// s.
     pub step: f64,
     /// How far the step may be off, as a fraction of it; `None` where it is stated.
     pub room: Option<f64>,

@@ -32,11 +32,7 @@ pub enum SensitivityError {
         "expected a hydrophone's sensitivity between {} and {}, found `{found}`, which is {}: {} a volt; check the prefixes",
         volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), pascals(*per_volt)
     )]
-    NoHydrophone {
-        found: String,
-        /// Pressure a volt, Pa/V.
-        per_volt: f64,
-    },
+    NoHydrophone { found: String, per_volt: f64 },
 }
 
 fn pascals(pressure: f64) -> Quantity {
@@ -105,7 +101,6 @@ impl Sensitivity {
         self.per_volt
     }
 
-    /// Velocity, length or pressure.
     #[must_use]
     pub fn dimension(self) -> Dimension {
         self.dimension

@@ -66,7 +66,6 @@ fn names(line: &str, width: usize) -> Option<String> {
     (cells.len() == width).then(|| cells.join("\t"))
 }
 
-/// Rows between comments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Block {
     pub from: usize,

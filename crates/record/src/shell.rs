@@ -1,5 +1,3 @@
-//! Words of printed commands.
-
 use std::borrow::Cow;
 
 /// A word as a POSIX shell, Bash or Zsh reads it: as one word with exactly these characters. Every printed command is made of such words.

@@ -50,7 +50,6 @@ pub(super) struct Table {
     pub grid: Option<(f64, f64)>,
     /// Unit of the last digit of the instants, s, where they are not even; 0 where they are, or where it is not known.
     pub digit: f64,
-    /// Values, SI.
     pub values: Vec<f64>,
     /// Line of each sample, where there are lines.
     pub lines: SampleLines,

@@ -1,5 +1,3 @@
-//! Zero-phase low-pass filter.
-
 use std::{
     collections::BTreeMap,
     fmt,

@@ -9,7 +9,6 @@
 
 use std::f64::consts::PI;
 
-/// Design attenuation, dB.
 const ATTENUATION_DB: f64 = 100.0;
 
 /// β of the Kaiser window.

@@ -30,27 +30,17 @@ impl Dimension {
         Self { metre, kilogram, second, volt: 0 }
     }
     pub const NONE: Self = Self::of(0, 0, 0);
-    /// Length, m.
     pub const LENGTH: Self = Self::of(4, 0, 0);
-    /// Mass, kg.
     pub const MASS: Self = Self::of(0, 4, 0);
-    /// Time, s.
     pub const TIME: Self = Self::of(0, 0, 4);
-    /// Frequency, Hz.
     pub const FREQUENCY: Self = Self::of(0, 0, -4);
-    /// Velocity, m/s.
     pub const VELOCITY: Self = Self::of(4, 0, -4);
-    /// Acceleration, m/s².
     pub const ACCELERATION: Self = Self::of(4, 0, -8);
-    /// Force, N.
     pub const FORCE: Self = Self::of(4, 4, -8);
-    /// Energy, J.
     pub const ENERGY: Self = Self::of(8, 4, -8);
     /// Pressure or elastic modulus, Pa.
     pub const PRESSURE: Self = Self::of(-4, 4, -8);
-    /// Density, kg/m³.
     pub const DENSITY: Self = Self::of(-12, 4, 0);
-    /// Stiffness, N/m.
     pub const STIFFNESS: Self = Self::of(0, 4, -8);
     /// Hertz stiffness, N·m^(-3/2).
     pub const HERTZ_STIFFNESS: Self = Self::of(-2, 4, -8);
@@ -60,7 +50,6 @@ impl Dimension {
     pub const KUWABARA_KONO_DAMPING: Self = Self::of(-2, 4, -4);
     /// Attenuation of an amplitude along a path, Np/m (1 dB = ln 10/20 Np).
     pub const ATTENUATION: Self = Self::of(-4, 0, 0);
-    /// Electric potential, V.
     pub const VOLTAGE: Self = Self { metre: 0, kilogram: 0, second: 0, volt: 4 };
 
     /// What a person calls it, with its article: "a length"; `None` for a dimension without a common name.

@@ -42,7 +42,6 @@ impl Series {
         self.values.is_empty()
     }
 
-    /// Samples a second, Hz.
     pub fn sample_rate(&self) -> f64 {
         1.0 / self.step
     }

@@ -43,7 +43,6 @@ pub enum Ends {
 pub struct Spline {
     /// Instant of the first piece's left end, s.
     start: f64,
-    /// 1/step.
     rate: f64,
     /// Polynomial of each interval in u = (t − t_i)/step, rising powers.
     pieces: Vec<[f64; 6]>,

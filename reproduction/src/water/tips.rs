@@ -7,7 +7,6 @@ use super::{Cell, OWN, PRINTED_PRESSURE, WaterOutcome};
 /// A tip that gives way, whose free motion is the printed drive, before the scene's own disc.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadedTip {
-    /// Modal mass, kg.
     pub mass_kg: f64,
     pub quality: f64,
     /// The runs; where none could be made, why.

@@ -60,7 +60,6 @@ const SERIES: &str = "fields.pvd";
 /// What `summary.json` says of an analysis besides what every run has.
 #[derive(Debug, Clone, Serialize)]
 pub struct AnalysisSummary {
-    /// Elements of all bodies.
     pub elements: u64,
     /// Points of every contact at which it may press.
     pub contact_points: Vec<usize>,
@@ -74,7 +73,6 @@ pub struct AnalysisSummary {
     pub complementarity: Complementarity,
     /// Steps taken back and tried again at half their size.
     pub cuts: Vec<Cut>,
-    /// Frames in `fields/`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field_frames: Option<usize>,
     /// Mesh files of bodies of the user's own.
@@ -85,7 +83,6 @@ pub struct AnalysisSummary {
 /// What a finished analysis leaves.
 pub struct Finished {
     pub response: Response,
-    /// For `summary.json`.
     pub summary: AnalysisSummary,
     /// What a person should read.
     pub warnings: Vec<String>,
@@ -186,7 +183,6 @@ impl<'a> Analysis<'a> {
         Ok(analysis)
     }
 
-    /// Run to the end.
     pub fn run(mut self) -> anyhow::Result<Finished> {
         let bar = progress::simulated_time(self.session, "simulated time");
         let outcome = self.advance(&bar);
@@ -235,7 +231,6 @@ impl<'a> Analysis<'a> {
         if matches!(self.scene.support, Support::Disc { .. }) { Ok(()) } else { self.save() }
     }
 
-    /// Nominal steps taken.
     fn taken(&self) -> usize {
         (self.simulation.time() / self.scene.model.fea.step).round() as usize
     }

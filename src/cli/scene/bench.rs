@@ -18,7 +18,6 @@ pub enum BenchChoice {
 }
 
 impl BenchChoice {
-    /// One sentence on it.
     const fn description(self) -> &'static str {
         match self {
             Self::Wall => "steel beads between a horn and a rigid wall",

@@ -105,7 +105,6 @@ impl Confirmed {
         Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
     }
 
-    /// What `calibration.json` says, whole.
     #[must_use]
     pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
         let mut outcome = fitted.outcome(problem);

@@ -135,9 +135,7 @@ impl Observation {
 /// Pressure metrics of a run at the scene's first field point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heard {
-    /// Largest pressure, Pa.
     pub positive_peak_pa: f64,
-    /// Smallest, Pa.
     pub negative_peak_pa: f64,
     /// Largest level within half the drive frequency of 0.95 MHz, dB re the fundamental; none where samples are too few.
     pub level_at_950_khz_db: Option<f64>,

@@ -10,9 +10,7 @@ use granchain_signal::feature::Ratio;
 /// A pair of printed peak velocities, m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Peaks {
-    /// Positive peak, m/s.
     pub positive_m_per_s: f64,
-    /// Negative peak, m/s.
     pub negative_m_per_s: f64,
 }
 
@@ -53,9 +51,7 @@ pub enum Subject {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Claim {
-    /// A positive peak, m/s.
     PositivePeak(f64),
-    /// A negative peak, m/s.
     NegativePeak(f64),
     /// These lines stand out of the spectrum.
     Present(&'static [Ratio]),

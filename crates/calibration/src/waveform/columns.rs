@@ -25,13 +25,11 @@ const CROSSTALK: f64 = 0.01;
 /// Standard deviations of all of them.
 #[derive(Debug, Clone)]
 pub(super) struct Nuisances {
-    /// Of the shift, s.
     pub shift: f64,
     /// Of ln of the sensitivity.
     pub sensitivity: f64,
     /// Motion of the horn over its peak, in phase and in quadrature, at the samples of a run.
     pub horn: [Vec<f64>; 2],
-    /// Drive frequency, Hz.
     pub frequency: f64,
 }
 

@@ -103,7 +103,6 @@ pub(super) struct Known<'a> {
 pub(super) struct Solution {
     pub z: Vec<f64>,
     pub at: Vec<f64>,
-    /// Covariance of ln.
     pub covariance: Vec<Vec<f64>>,
     /// T, and the number of samples it is made of.
     pub squares: f64,

@@ -24,7 +24,6 @@ const CONTINUED: usize = 3;
 /// A record of [`SAMPLES_PER_CYCLE`] samples a drive period, low-passed.
 #[derive(Debug, Clone)]
 pub(super) struct RecordTrace {
-    /// Sampling interval, s.
     pub step: f64,
     pub onset: usize,
     /// Its largest value in size, m/s.

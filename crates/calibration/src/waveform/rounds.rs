@@ -325,7 +325,6 @@ impl Rounds {
     }
 }
 
-/// a − b.
 fn apart(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }

@@ -46,7 +46,6 @@ pub trait ElasticLaw: Copy {
 /// A massless one-sided linear spring, F = K δ₊.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
-    /// K, N/m.
     #[serde(rename = "stiffness_n_per_m")]
     pub stiffness: f64,
 }

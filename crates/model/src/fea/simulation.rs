@@ -236,7 +236,6 @@ impl<'a> Simulation<'a> {
         self.piston
     }
 
-    /// Time reached, s.
     pub fn time(&self) -> f64 {
         self.taken as f64 * self.step
     }

@@ -21,7 +21,6 @@ pub(super) struct Moving<N> {
     inverse_mass: f64,
     /// Displacement of the mass mean along z, m.
     pub(super) rigid: N,
-    /// Its velocity, m/s.
     pub(super) rigid_velocity: N,
     /// Its displacement in the last drift, m.
     pub(super) travelled: N,

@@ -23,7 +23,6 @@ use granchain_signal::Series;
 /// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// Piston displacement, m.
     pub piston_displacement: Series,
     /// Displacement of each bead, m.
     pub bead_displacement: Vec<Series>,

@@ -121,7 +121,6 @@ pub struct Scene {
     pub contact_law: ContactLaw,
     /// Yield strength Y of the beads, Pa: contacts of the chain yield where the pressure in their middle would exceed 1.6 Y. None is elastic.
     pub yield_strength: Option<f64>,
-    /// Simulated time, s.
     pub duration: f64,
     /// Interval of the output samples, s. Where a model has a fixed step of its own (finite elements, reduced, any in front of a disc), it is a whole multiple of it: on loading, a
     /// step that does not divide it is shortened to the next that does, and a note says so.

@@ -8,7 +8,6 @@ pub const DEFAULT_WATER_STEP: f64 = 2.5e-8;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Water {
-    /// Density ρ, kg/m³.
     pub density: f64,
     /// Speed of sound c, m/s.
     pub sound_speed: f64,

@@ -1,5 +1,3 @@
-//! Tektronix.
-
 use std::path::Path;
 
 use granchain_signal::Dimension;

@@ -13,12 +13,10 @@ use granchain_signal::{Series, feature::Window};
 /// Everything the report says, plain and in SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationReport {
-    /// What `calibration.json` says.
     pub outcome: CalibrationOutcome,
     pub scene: String,
     /// One sentence on the scene.
     pub scene_description: String,
-    /// f0, Hz.
     pub drive_frequency: f64,
     /// What stands on the bench.
     #[serde(default)]

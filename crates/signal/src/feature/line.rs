@@ -175,7 +175,6 @@ fn sums<const K: usize>(series: &Series, window: Window, frequency: f64) -> Opti
 pub struct Line {
     /// Frequency over f0, exact.
     pub ratio: Ratio,
-    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// A, SI unit of the series.
     pub amplitude: f64,
@@ -192,7 +191,6 @@ pub struct Line {
 pub struct AbsentLine {
     /// Frequency over f0, exact.
     pub ratio: Ratio,
-    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// What is in the way, with the numbers.
     pub reason: String,

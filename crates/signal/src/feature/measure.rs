@@ -44,7 +44,6 @@ impl FeatureSettings {
 pub struct Features {
     /// SI unit of every amplitude below.
     pub unit: String,
-    /// f0, Hz.
     pub drive_frequency_hz: f64,
     /// The window measured in, s.
     pub window: Window,

@@ -57,11 +57,9 @@ pub struct PeakSettings {
 pub struct Peaks {
     /// Largest value of the signal.
     pub positive: f64,
-    /// Its instant, s.
     pub positive_time_s: f64,
     /// Smallest (most negative) value of the signal.
     pub negative: f64,
-    /// Its instant, s.
     pub negative_time_s: f64,
     /// Largest sample as it stands, noise and all.
     pub raw_positive: f64,

@@ -11,7 +11,6 @@ use crate::Series;
 /// How a pressure record is to be measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureSettings {
-    /// f0, Hz.
     pub drive_frequency: f64,
     /// Span of the spectra; the peaks are those of the whole record.
     pub window: Window,
@@ -44,7 +43,6 @@ pub struct Harmonic {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PressureFeatures {
-    /// f0, Hz.
     pub drive_frequency_hz: f64,
     /// Span of the spectra, s.
     pub window: Window,

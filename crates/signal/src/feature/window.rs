@@ -10,10 +10,8 @@ use crate::Series;
 /// A span of time, s; the same for every trace that is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Start, s.
     #[serde(rename = "from_s")]
     pub from: f64,
-    /// End, s.
     #[serde(rename = "to_s")]
     pub to: f64,
 }
@@ -101,7 +99,6 @@ impl Window {
         Self { from: from.unwrap_or(self.from), to: to.unwrap_or(self.to) }
     }
 
-    /// Length, s.
     pub fn duration(self) -> f64 {
         self.to - self.from
     }

@@ -112,7 +112,6 @@ pub enum Condition {
     StrongHum,
     /// A drift by 60 % of the peak.
     Drift,
-    /// 10 % of noise.
     Noisy,
     PureNoise,
     /// The horn's record ends 15 cycles into the burst.
@@ -282,7 +281,6 @@ pub struct Setting {
     pub damping_kind: String,
     /// α and the damping coefficient (SI) of the truth.
     pub values: [f64; 2],
-    /// Initial gaps, m.
     pub gaps: Vec<f64>,
     pub drive: String,
     /// Overrides of the scene `annulus` that the fit is told.

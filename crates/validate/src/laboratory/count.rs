@@ -41,13 +41,10 @@ pub struct Tally {
     pub group: String,
     pub twins: usize,
     pub parameters: Vec<ParameterCount>,
-    /// Ended `within scatter`.
     pub within: usize,
-    /// Ended `doubtful`.
     pub doubtful: usize,
     /// Ended `outside scatter`: false alarms.
     pub outside: usize,
-    /// Ended `not converged`.
     pub not_converged: usize,
     /// Refused by the reader or the fit.
     pub refused: usize,

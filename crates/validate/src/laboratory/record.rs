@@ -90,9 +90,7 @@ impl Regime {
 /// Two files as a laboratory stores them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Files {
-    /// `horn_tip.csv`.
     pub horn: Vec<u8>,
-    /// `vib.csv`.
     pub vibrometer: Vec<u8>,
     pub regime: Regime,
 }

@@ -38,7 +38,6 @@ pub(super) fn headline(judgements: &[Judgement]) -> Block {
     }
 }
 
-/// What was run.
 pub(super) fn introduction(outcome: &PaperOutcome) -> Block {
     let plan = &outcome.plan;
     Block::Paragraph(format!(
@@ -127,7 +126,6 @@ fn largest(sweep: &[SweepPoint], what: Trait) -> Option<(f64, f64, f64)> {
     points.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// What the sweeps show.
 pub(super) fn sweep(outcome: &PaperOutcome) -> String {
     let mut said = Vec::new();
     for (law, sweep) in LAWS.iter().zip(&outcome.sweeps) {
@@ -196,7 +194,6 @@ pub(super) fn readings(outcome: &PaperOutcome) -> String {
     )
 }
 
-/// What Figure 5 shows.
 pub(super) fn rigid(outcome: &PaperOutcome) -> String {
     let runs = &outcome.rigid.runs;
     let Some(finest) = runs.first() else { return "No model ran the rigid scene.".into() };
@@ -257,7 +254,6 @@ pub(super) fn unknown(plan: &PaperPlan) -> Vec<String> {
     ]
 }
 
-/// Version, counts, failures.
 pub(super) fn provenance(report: &PaperReport) -> Vec<(String, String)> {
     let outcome = &report.outcome;
     let plan = &outcome.plan;

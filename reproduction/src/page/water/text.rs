@@ -47,7 +47,6 @@ pub(super) fn headline(outcome: &WaterOutcome) -> Block {
     }
 }
 
-/// What was run.
 pub(super) fn introduction(plan: &WaterPlan, model: &str) -> String {
     format!(
         "Six 1 mm steel beads between a piston (73 kHz, 30 cycles under a Gaussian) and a disc of vitreous carbon, 2 mm wide and 0.25 mm thick, \
@@ -190,7 +189,6 @@ pub(super) fn companion(companion: &Companion) -> String {
     )
 }
 
-/// What nobody knows.
 pub(super) fn unknown(plan: &WaterPlan) -> Vec<String> {
     vec![
         "The paper prints “3.96 m” of drive; 3.96 µm is our reading.".into(),

@@ -78,9 +78,7 @@ impl DashpotBase {
 /// Rigid motion of every body predicted without forces at the end of the step; for the piston its prescribed one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RigidPrediction {
-    /// Displacement along z, m.
     pub displacement: f64,
-    /// Velocity along z, m/s.
     pub velocity: f64,
 }
 
@@ -107,7 +105,6 @@ impl ContactState {
         (self.pressing, self.damping) = (other.pressing, other.damping);
     }
 
-    /// Whole axial force, N.
     pub fn total(&self) -> f64 {
         self.pressing + self.damping
     }
