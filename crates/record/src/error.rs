@@ -30,7 +30,7 @@ pub enum MeasurementError {
     #[error("{}: expected text, found {found}; export the record as CSV text", path.display())]
     Binary {
         path: PathBuf,
-        /// What it seems to be, or the offending byte.
+        /// Detected file type, or the offending byte.
         found: String,
     },
     #[error("{place}: expected UTF-8 text, found byte 0x{byte:02x}; save the file as UTF-8")]
@@ -83,7 +83,7 @@ pub enum MeasurementError {
     Segments {
         place: Place,
         count: usize,
-        /// Rows of each, where all have as many.
+        /// Rows of each, if all have the same number.
         size: Option<usize>,
         wanted: Option<usize>,
     },
@@ -112,7 +112,7 @@ pub enum MeasurementError {
     TooFewSamples {
         path: PathBuf,
         needed: usize,
-        /// Samples found, on the even grid.
+        /// Samples found on the even grid.
         found: usize,
     },
     #[error(
@@ -173,9 +173,9 @@ pub enum MeasurementError {
         place: Place,
         expected: usize,
         found: usize,
-        /// Whether it is the last line and lacks its end.
+        /// Whether it is the last line and has no line end.
         cut: bool,
-        /// Whether commas separate the cells and there are twice as many as there should be.
+        /// Whether commas separate the cells and there are twice as many as expected.
         commas: bool,
     },
     #[error(
@@ -187,7 +187,7 @@ pub enum MeasurementError {
     NotANumber {
         place: Place,
         found: String,
-        /// Whether it is the last line and lacks its end.
+        /// Whether it is the last line and has no line end.
         cut: bool,
     },
     #[error("{place}: expected a finite number, found `{found}`; drop the row or pass --read missing=interpolate")]
@@ -234,7 +234,7 @@ pub enum MeasurementError {
         /// Median step, s.
         median: f64,
         found: f64,
-        /// The longest that is interpolated across, in median steps.
+        /// Longest step that is interpolated across, in median steps.
         limit: f64,
     },
     #[error(
@@ -260,7 +260,7 @@ pub enum MeasurementError {
     )]
     FrequencyDisagrees {
         path: PathBuf,
-        /// `:` and the line that states it, where one does.
+        /// `:` and the line that states it, if there is one.
         line: String,
         stated: f64,
         place: &'static str,

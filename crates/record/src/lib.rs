@@ -1,4 +1,5 @@
-//! What the lab recorded: the one reader of tables and universal files, records of horn tip, vibrometer and hydrophone, published features.
+//! Laboratory records: reader of tables and universal files, records of horn tip, vibrometer and hydrophone, published
+//! features.
 //!
 //! ```text
 //! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record

@@ -1,21 +1,21 @@
-//! The sensitivity of a decoder or a hydrophone: volts → velocity, displacement or pressure.
+//! Sensitivity of a vibrometer or hydrophone: volts → velocity, displacement or pressure.
 
 use granchain_signal::{Dimension, Quantity, Unit};
 
-/// Least and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have some 10 nV/Pa, the largest hydrophones of
-/// underwater sound 2 mV/Pa, an amplifier adds up to 60 dB.
+/// Smallest and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have about 10 nV/Pa,
+/// the largest underwater hydrophones 2 mV/Pa, and an amplifier adds up to 60 dB.
 const HYDROPHONE: (f64, f64) = (1e-10, 10.0);
 
-/// Velocity, displacement or pressure for one volt.
+/// Velocity, displacement or pressure per volt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// Of the quantity a volt, m/s/V, m/V or Pa/V; the sign turns nothing, so it is positive.
+    /// Quantity per volt, m/s/V, m/V or Pa/V; always positive.
     per_volt: f64,
-    /// What it is a sensitivity for: velocity, length or pressure.
+    /// Dimension of the quantity: velocity, length or pressure.
     dimension: Dimension,
 }
 
-/// Why a text is no sensitivity.
+/// Why a text is not a sensitivity.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensitivityError {
@@ -51,8 +51,8 @@ fn volts_a_pascal(sensitivity: f64) -> String {
 }
 
 impl Sensitivity {
-    /// Read `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`; or a hydrophone's customary form, volts for a pressure: `250 nV/Pa`,
-    /// `50 mV/MPa`.
+    /// Reads `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`, or the usual form for hydrophones, volts per
+    /// pressure: `250 nV/Pa`, `50 mV/MPa`.
     ///
     /// ```
     /// use granchain_record::Sensitivity;
@@ -89,13 +89,13 @@ impl Sensitivity {
         Ok(Self { per_volt, dimension })
     }
 
-    /// What one `voltage` (a unit of volts) is.
+    /// Value of one unit of `voltage`.
     #[must_use]
     pub fn unit_of(self, voltage: Unit) -> Unit {
         Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
     }
 
-    /// Velocity (m/s), length (m) or pressure (Pa) for one volt.
+    /// Velocity (m/s), length (m) or pressure (Pa) per volt.
     #[must_use]
     pub(crate) fn per_volt(self) -> f64 {
         self.per_volt

@@ -25,7 +25,7 @@ pub enum PublishedError {
     #[error("{}:{line}: feature `{name}` is there twice; delete one", path.display())]
     Repeated {
         path: PathBuf,
-        /// Line of the second, from 1.
+        /// Line of the second occurrence, from 1.
         line: usize,
         name: String,
     },
@@ -35,7 +35,7 @@ pub enum PublishedError {
     Quantity {
         path: PathBuf,
         line: usize,
-        /// The feature, or the key.
+        /// Name of the feature, or of the key.
         name: String,
         source: QuantityError,
     },
