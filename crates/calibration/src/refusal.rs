@@ -1,4 +1,4 @@
-//! Why there is no problem to be solved, or no answer to it.
+//! Why a problem is invalid or has no answer.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ use granchain_model::{ModelError, scene::SceneError};
 use granchain_record::{MeasurementError, PublishedError};
 use granchain_signal::{QuantityError, feature::FeatureError};
 
-/// What was asked for contradicts itself or the scene: nothing that was measured is at fault.
+/// Contradictions in the request, or between request and scene; the data are not at fault.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Contradiction {
@@ -92,7 +92,7 @@ pub enum Contradiction {
     Uncertainty { name: String },
 }
 
-/// Why there is no problem, or no answer to it.
+/// Why a problem is invalid or has no answer.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Refusal {

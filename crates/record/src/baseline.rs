@@ -46,13 +46,6 @@ pub(super) fn median(values: &[f64]) -> f64 {
 /// mean is below 5 % of the record's peak, and the later half has at most twice the rms of the earlier half. In a
 /// record without a trigger they must also cross their mean at least four times, or differ only by the resolution: the
 /// start of a finely sampled cycle does neither.
-///
-/// The samples before the trigger are the candidates; where there are none or they are not quiet, as of a burst that begins before its trigger, the
-/// samples before the first departure by a tenth of the
-/// peak (and, to stay clear of a slow ring-up, ever shorter parts of them). Candidates are quiet if there are at
-/// least 8, their rms about their mean is below 5 % of the record's peak, and the later half has at most twice the rms
-/// of the earlier half. Samples of a record without a trigger must moreover cross their mean at least four times, or differ
-/// by the resolution only: the beginning of a finely sampled cycle does neither.
 pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f64>) -> usize {
     let median = median(values);
     let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));

@@ -1,4 +1,4 @@
-//! Where the traces come from: the chain under every record's drive.
+//! Source of the traces: the chain under every record's drive.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -15,16 +15,16 @@ use crate::{
 };
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 
-/// Pairs of runs that tell what a finer step changes.
+/// Pairs of runs for the step error.
 const PAIRS: usize = 16;
 
-/// Fewest of them that say anything.
+/// Fewest finished pairs.
 const FEWEST_PAIRS: usize = 4;
 
 /// Error of the chain's step over its difference from one a quarter as long.
 const CHAIN_ERROR: f64 = 4.0 / 3.0;
 
-/// One record and what makes its runs.
+/// One record with its forward model.
 #[derive(Clone)]
 pub(super) struct Source {
     pub forward: Forward,
@@ -38,11 +38,11 @@ pub(super) struct Sources {
     pub records: Vec<Source>,
     /// ln(high/low) of every fitted parameter.
     spans: Vec<f64>,
-    /// Standard deviation of ln of the stiffness over mass, where that is a parameter behind the fitted ones.
+    /// Standard deviation of ln of stiffness over mass, if that is a parameter after the fitted ones.
     pub modulus: Option<f64>,
 }
 
-/// What a finer step changes of one record: the mean, and columns of what is not known of it.
+/// Change of one record's trace with a finer step: the mean, and columns of its uncertainty.
 pub(super) type Correction = (Vec<f64>, Mat<f64>);
 
 impl Source {
@@ -75,7 +75,7 @@ impl Sources {
         self.records.len()
     }
 
-    /// What is known besides the runs.
+    /// Information besides the runs.
     pub fn known(&self) -> Known<'_> {
         Known {
             records: self.records.iter().map(|source| &source.trace).collect(),
@@ -86,7 +86,7 @@ impl Sources {
         }
     }
 
-    /// Number of the parameter that the drive's level multiplies, where that is fitted.
+    /// Number of the parameter that scales with the drive level, if fitted.
     pub fn alpha(&self) -> Option<usize> {
         self.records[0].forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha)
     }
@@ -98,7 +98,7 @@ impl Sources {
         Some((alpha, self.records.iter().map(deviation).collect()))
     }
 
-    /// A point in ln turned back into the box where it lies outside.
+    /// A point in ln, reflected into the box.
     pub fn inside(&self, mut at: Vec<f64>) -> Vec<f64> {
         for (x, span) in at.iter_mut().zip(&self.spans) {
             *x = span * reflect(*x / span);
@@ -129,7 +129,8 @@ impl Sources {
         &self.spans
     }
 
-    /// The traces of every record, a run a point; the first is run `first`, and each lasts so many cycles, or as long as is compared.
+    /// Traces of every record, one run per point, numbered from `first`; each lasts `cycles`, or as long as is
+    /// compared.
     pub fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Vec<Option<Vec<f64>>>>> {
         let points: Vec<(Vec<f64>, f64)> = at.iter().map(|at| self.point(at)).collect();
         self.records.iter().map(|source| source.runs(NUMBERED + first, &points, cycles)).collect()
@@ -140,12 +141,12 @@ impl Sources {
         self.records.iter().any(|source| source.trace.may_leave_out())
     }
 
-    /// Whether nothing asks the fit to stop.
+    /// Whether the fit may go on.
     pub fn goes_on(&self) -> bool {
         self.records[0].forward.report(0)
     }
 
-    /// Leave samples of records out that lie far from every run, where a record has lost samples anyway and few are left out; whether any was.
+    /// Leaves out outliers of records that have drop-outs, if few are left out; returns whether any was.
     pub fn leave_out(&mut self, outliers: &[Vec<usize>]) -> bool {
         let mut any = false;
         for (source, outliers) in self.records.iter_mut().zip(outliers) {
@@ -154,15 +155,14 @@ impl Sources {
         any
     }
 
-    /// What a finer step changes at a point, by runs numbered from `first`.
-    /// Empty where too few pairs finished.
+    /// Change with a finer step at a point, with runs numbered from `first`; empty if too few pairs finished.
     pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
         let of = |source: &Source| source.finer(NUMBERED + first, self.point(at));
         self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
     }
 }
 
-/// Mean of differences, and what is not known of it: a column a difference.
+/// Mean of the differences and its uncertainty, a column per difference.
 fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>) -> Option<Correction> {
     let both = own.into_iter().zip(finer).filter_map(|(own, finer)| own.zip(finer));
     let apart: Vec<Vec<f64>> = both
@@ -177,7 +177,7 @@ fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>) -> Optio
 }
 
 impl Source {
-    /// Runs, as the record is compared with them, of so many cycles or of as many as are compared.
+    /// Conditioned runs of `cycles`, or as long as is compared.
     fn runs(&self, first: u64, points: &[(Vec<f64>, f64)], cycles: Option<f64>) -> Option<Vec<Option<Vec<f64>>>> {
         let (scene, noise) = (self.forward.scene(), self.noise.as_ref());
         let made = match cycles.map(|cycles| cycles / scene.drive.frequency).filter(|it| *it < scene.duration) {
@@ -187,7 +187,7 @@ impl Source {
         Some(made.into_par_iter().map(|trace| Some(whitened(&trace?, self.trace.step, self.trace.corner))).collect())
     }
 
-    /// What a finer step changes at a point.
+    /// Change with a finer step at a point.
     fn finer(&self, first: u64, point: (Vec<f64>, f64)) -> Option<Correction> {
         let finer = Self { forward: self.forward.refined()?, ..self.clone() };
         let points = vec![point; PAIRS];
@@ -196,11 +196,11 @@ impl Source {
     }
 }
 
-/// Number of the first run of this stage: behind all others.
+/// Number of the first run of this stage: above all others.
 const NUMBERED: u64 = 1 << 34;
 
-/// Least mean square of record minus run over six cycles from the record's onset on, over the record's own, wherever the record lies on the run; and
-/// the sample of the record at the run's first there.
+/// Least mean square of record minus run over six cycles from the record's onset, over the record's own, for any
+/// alignment; and the sample of the record at the run's first there.
 pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
     const COMPARED: usize = 6;
     let before = SAMPLES_PER_CYCLE.min(record.onset);
