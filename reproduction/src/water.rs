@@ -150,7 +150,6 @@ fn crossing(cells: &[Cell]) -> Option<Crossing> {
     })
 }
 
-/// A run drawn whole.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Waveform {
     pub combination: Combination,

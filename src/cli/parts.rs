@@ -111,7 +111,6 @@ struct Head {
     part: Part,
 }
 
-/// A part file, sealed.
 #[derive(Debug, Serialize, Deserialize)]
 struct PartFile {
     #[serde(flatten)]

@@ -28,7 +28,6 @@ pub const DOUBTFUL: f64 = 0.05;
 /// Most runs near the answer used as reference.
 const REFERENCES: usize = 150;
 
-/// Fewest reference runs.
 const FEWEST: usize = 30;
 
 /// Fewest runs beyond the record for which p is their share; with fewer, the tail is modelled.
@@ -47,7 +46,6 @@ pub struct Agreement {
     pub records: Vec<f64>,
     /// Residual of each feature of the record after the fit, r/σ.
     pub pulls: Vec<f64>,
-    /// Number of reference runs.
     pub references: usize,
 }
 

@@ -84,7 +84,6 @@ pub struct Comparison {
     pub sensitivity: f64,
 }
 
-/// Why weights are invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum WeightError {

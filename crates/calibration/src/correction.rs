@@ -132,7 +132,6 @@ pub struct LevelDifference {
     pub difference: f64,
     /// Scatter of that of a single pair.
     pub difference_scatter: f64,
-    /// Standard error of `difference`.
     pub standard_error: f64,
 }
 

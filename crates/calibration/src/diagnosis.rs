@@ -36,7 +36,6 @@ const EXPLAINED: f64 = 0.3;
 /// Factors of a wrong unit or range.
 const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
 
-/// Most causes named.
 const NAMED: usize = 3;
 
 /// Most causes named if all explain the record equally well.
@@ -66,7 +65,6 @@ const SHOTS: usize = 16;
 /// Relative change of the bead radius that is tried, both ways.
 const RADIUS: f64 = 0.1;
 
-/// Common bead materials.
 fn materials() -> [(&'static str, Material); 6] {
     let other = |name: &'static str, youngs_modulus, poissons_ratio, density| {
         (name, Material { name: name.into(), youngs_modulus, poissons_ratio, density })

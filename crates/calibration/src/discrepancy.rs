@@ -26,7 +26,6 @@ const CHAIN_PAIRS: usize = 24;
 /// Pairs on a fidelity level above.
 const RUNG_PAIRS: usize = 8;
 
-/// Fewest finished pairs.
 const FEWEST: usize = 4;
 
 /// Error of the chain's step over its difference from a step a quarter as long: first order, because contacts may
@@ -49,7 +48,6 @@ pub struct Discrepancy {
     pub shift: Vec<f64>,
     /// Added to the scatter of each feature, in quadrature.
     pub nuggets: Vec<f64>,
-    /// Number of pairs.
     pub pairs: usize,
 }
 

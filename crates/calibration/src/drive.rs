@@ -66,7 +66,6 @@ pub fn beside(measured: &Path) -> Option<PathBuf> {
 #[derive(Debug, Clone)]
 pub struct RecordedDrive {
     pub input: Input,
-    /// Reading options.
     pub options: ReadOptions,
     /// The piston motion derived from it.
     pub motion: HornDrive,
@@ -79,7 +78,6 @@ pub struct RecordedDrive {
     pub masked: Vec<Masked>,
     /// Assumptions made while reading, as text.
     pub assumptions: Vec<String>,
-    /// Warnings about the record.
     pub warnings: Vec<String>,
 }
 

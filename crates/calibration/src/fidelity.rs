@@ -59,7 +59,6 @@ pub struct FidelityLevel {
     below: Option<Arc<Self>>,
     /// The same on finer bodies.
     finer: Option<Arc<Self>>,
-    /// Store of finished runs.
     kept: Option<Arc<KeptRuns>>,
 }
 
@@ -251,7 +250,6 @@ impl FidelityLevel {
         Ok(made.into_iter().map(|(_, run)| run).collect())
     }
 
-    /// A stored run.
     fn found(&self, plan: &PlannedRun) -> Option<Run> {
         self.kept.as_ref()?.found(plan.number, &plan.position).cloned()
     }

@@ -31,7 +31,6 @@ const BETTER: f64 = 0.7;
 /// Iterations of the feature weights; more change no quoted value.
 const REWEIGHINGS: usize = 2;
 
-/// Verdict of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Verdict {
     /// The model explains the record within the scatter of a single run.
@@ -277,9 +276,7 @@ pub fn searched(
 
 /// Answer of the amplitudes alone.
 pub(crate) struct Standing {
-    /// Posterior predictive p-value.
     pub p: f64,
-    /// Parameters in SI.
     pub values: Vec<f64>,
     /// Start points (unit coordinates) of the waveform's search.
     pub elite: Vec<Vec<f64>>,

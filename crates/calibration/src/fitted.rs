@@ -54,7 +54,6 @@ pub struct FittedCandidate {
     pub upper: Option<FidelityLevel>,
 }
 
-/// Result of all candidates.
 pub struct Fitted {
     /// Candidates with an answer, in the requested order.
     pub candidates: Vec<FittedCandidate>,
@@ -66,7 +65,6 @@ pub struct Fitted {
     pub searching: Duration,
     /// Time of the corrections on each fidelity level above the chain, lowest first.
     pub correcting: Vec<Duration>,
-    /// Warnings about stored runs.
     pub warnings: Vec<String>,
 }
 

@@ -176,7 +176,6 @@ const UNFELT: f64 = 4.0;
 #[derive(Clone)]
 pub struct Forward {
     pub parameters: Vec<Parameter>,
-    /// Comparison with the record.
     pub comparison: Comparison,
     base: Variation,
     scene: Scene,
@@ -272,7 +271,6 @@ impl Forward {
         Ok(Self { scene, engine, low_pass, ..self.clone() })
     }
 
-    /// Uncertainty of the bench.
     pub(super) fn uncertainty(&self) -> Uncertainty {
         self.uncertainty
     }

@@ -54,7 +54,6 @@ impl KeptRuns {
         self.log.keep(number as usize, &(&self.key, run))
     }
 
-    /// Warning about altered lines.
     #[must_use]
     pub fn damage(&self) -> Option<String> {
         self.log.damage()

@@ -73,15 +73,12 @@ struct Narrow {
     parameters: Vec<Parameter>,
 }
 
-/// Result of one candidate.
 pub(super) struct FittedLevels {
     pub(super) made: Made,
     /// Fit of its top fidelity level, or why there is none.
     pub(super) fit: Result<Fit, FitError>,
     pub(super) searching: Duration,
-    /// Time of each correction.
     pub(super) correcting: Vec<Duration>,
-    /// Warnings about stored runs.
     pub(super) warnings: Vec<String>,
 }
 

@@ -188,7 +188,6 @@ impl TrainingRuns {
         self
     }
 
-    /// Corners of that region.
     #[must_use]
     pub(crate) fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))

@@ -37,7 +37,6 @@ pub struct MeasuredRecord {
 #[derive(Debug, Clone)]
 pub struct MeasuredFeatures {
     pub published: PublishedFeatures,
-    /// Prepared for the fit.
     pub printed: Printed,
 }
 

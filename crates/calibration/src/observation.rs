@@ -136,7 +136,6 @@ impl Passband {
         Self { bandwidth, fall: Fall::Causal(CAUSAL[(number / 2).min(CAUSAL.len() - 1)], gain) }
     }
 
-    /// Filters a trace.
     #[must_use]
     pub fn pass(&self, trace: &Series) -> Series {
         match self.fall {

@@ -30,7 +30,6 @@ pub struct CalibrationOutcome {
     #[serde(flatten)]
     pub best: FitOutcome,
     pub seed: u64,
-    /// Input files, by role.
     pub inputs: BTreeMap<String, InputDigest>,
     /// Which parameters the data cannot separate, and which further record would.
     pub statements: Vec<String>,
@@ -51,10 +50,8 @@ pub struct CalibrationOutcome {
     /// Masked samples, which were not compared.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masked: Vec<MaskedStretch>,
-    /// Warnings about the records.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
-    /// Assumptions made while reading.
     pub assumptions: Vec<String>,
 }
 
@@ -87,7 +84,6 @@ impl MaskedStretch {
 /// Fit of one damping law and one mount of the disc.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FitOutcome {
-    /// Damping law.
     pub damping_kind: String,
     /// Mount of the disc, if mounts are compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -138,7 +134,6 @@ pub struct FitOutcome {
 pub struct WaveformOutcome {
     /// Whether the waveform decided; otherwise amplitudes did.
     pub decided: bool,
-    /// p-value of the waveform.
     pub p_value: f64,
     /// Mean square of the whitened residual per sample: near 1 for a correct model.
     pub residual: f64,
@@ -274,7 +269,6 @@ pub struct OutcomeLobe {
     pub extent: BTreeMap<String, [f64; 2]>,
 }
 
-/// One fidelity level.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungOutcome {
     pub model: String,
@@ -323,7 +317,6 @@ impl RungOutcome {
     }
 }
 
-/// An input file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct InputDigest {
     pub path: String,

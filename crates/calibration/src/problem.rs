@@ -60,13 +60,11 @@ pub struct Problem {
     pub quantity: Measurand,
     /// The records, at least one; the first one leads.
     pub shots: Vec<Shot>,
-    /// Candidates, at least one.
     pub candidates: Vec<Candidate>,
     /// Models above the chain, in order; the last one answers.
     pub above: Vec<ModelKind>,
     /// Compared part of the records.
     pub likelihood: Likelihood,
-    /// Chain runs per candidate.
     pub evaluations: usize,
     pub seed: u64,
     /// Weights of features by name, already applied to the comparisons.
@@ -284,7 +282,6 @@ impl Problem {
         self.above.last().unwrap_or(&ModelKind::Chain).name()
     }
 
-    /// Column names of `fingerprints.csv`.
     #[must_use]
     pub fn names(&self) -> Names {
         let of = |shot: &Shot| shot.comparison.names().iter().map(ToString::to_string).collect();

@@ -61,7 +61,6 @@ pub struct ShotPlan {
 #[derive(Debug, Clone)]
 pub struct Shot {
     pub bench: Bench,
-    /// Reading options.
     pub options: ReadOptions,
     pub measured: Measured,
     /// Comparison of runs with it.

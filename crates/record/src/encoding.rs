@@ -37,7 +37,6 @@ pub(super) struct Decoded<'a> {
     pub foreign: Option<(u64, u8)>,
 }
 
-/// Signatures of binary files.
 const MAGIC: [(&[u8], &str); 10] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),

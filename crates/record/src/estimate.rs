@@ -9,7 +9,6 @@ use granchain_signal::{NoiseSpectrum, Series};
 
 /// Half-width over which a spectrum is smoothed before it is compared with the noise, in drive frequencies.
 const SMOOTHED: f64 = 1.0 / 24.0;
-/// Least half-width, bins.
 const FEWEST_BINS: usize = 3;
 /// σ by which a smoothed bin must exceed the mean of noise before the filter opens.
 const STRICT: f64 = 3.0;

@@ -37,7 +37,6 @@ const RISEN: f64 = 8.0;
 /// Fraction of the fitted periods that is used if the lines change too fast: if the misfit exceeds the noise by the
 /// factor below.
 const SHORTER: f64 = 0.5;
-/// See [`SHORTER`].
 const MISSED: f64 = 1.5;
 /// Periods over which the residual of the fitted lines is reflected at an end.
 const REFLECTED: f64 = 2.0;
@@ -59,7 +58,6 @@ const UNSEEN: f64 = 0.005;
 
 /// Fewest quiet samples for the estimate of a slope, and least slope in its σ.
 const FEWEST_INCLINED: usize = 16;
-/// See [`FEWEST_INCLINED`].
 const INCLINED: f64 = 5.0;
 
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]

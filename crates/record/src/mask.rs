@@ -336,7 +336,6 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
     found
 }
 
-/// Settings of a search.
 struct Search {
     period: f64,
     cutoff: f64,

@@ -10,7 +10,6 @@ const DEPARTED: f64 = 4.5;
 const SMALLEST: f64 = 1e-4;
 /// A first sample beyond this many σ, and beyond [`MOVING`] of the peak, moves.
 const SIGMAS: f64 = 3.0;
-/// See [`SIGMAS`].
 const MOVING: f64 = 0.01;
 /// A velocity starts with a jump if its first departure exceeds this fraction of the maximum within a period.
 const JUMP: f64 = 0.3;

@@ -1,5 +1,3 @@
-//! Positions in files.
-
 use std::{
     fmt,
     path::{Path, PathBuf},
@@ -9,7 +7,6 @@ use std::{
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     pub path: PathBuf,
-    /// Line, from 1.
     pub line: Option<u64>,
     /// Header of the column, as written.
     pub column: Option<String>,

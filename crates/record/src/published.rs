@@ -74,7 +74,6 @@ pub struct PublishedFeature {
     pub note: Option<String>,
 }
 
-/// Statement on one feature.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Statement {
     Value {
@@ -86,11 +85,7 @@ pub enum Statement {
         dimension: Dimension,
     },
     /// The line at this fraction of the drive is present, or is not.
-    Line {
-        /// `P/Q` or `P`.
-        ratio: String,
-        present: bool,
-    },
+    Line { ratio: String, present: bool },
     /// One line is stronger than another, or (in a printed simulation) is not.
     Ordering {
         /// `P/Q` or `P` of the stronger line.

@@ -88,11 +88,9 @@ pub struct Record {
     pub first_lines: Vec<String>,
     /// Cells that were missing and have been interpolated.
     pub interpolated: usize,
-    /// Assumptions, as text.
     pub assumptions: Vec<String>,
     /// Warnings, as text: what was seen, why it matters, what to do.
     pub warnings: Vec<String>,
-    /// Options used for reading.
     pub options: ReadOptions,
 }
 

@@ -29,7 +29,6 @@ const LONGEST_LINE: usize = 160;
 const LONGEST_NAME: usize = 1000;
 /// Most columns of a table.
 const MOST_COLUMNS: usize = 1000;
-/// Most comments stored.
 const MOST_COMMENTS: usize = 10_000;
 
 /// Content of a record file.
@@ -63,7 +62,6 @@ pub(super) struct Table {
     pub open_end: bool,
 }
 
-/// File format.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Form {
     Text(Box<TextForm>),

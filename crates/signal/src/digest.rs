@@ -1,5 +1,3 @@
-//! Digests of files.
-
 use std::fmt::Write;
 
 use sha2::{Digest, Sha256};

@@ -55,11 +55,9 @@ pub enum ConfirmationError {
 /// One feature of record and calibrated model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConfirmedFeature {
-    /// Key, such as `line_1/3`.
     pub key: String,
     /// SI unit, `1` for a pure number.
     pub unit: String,
-    /// Measured or published value.
     pub measured: Option<f64>,
     /// Model: mean, standard deviation, sensitivity.
     pub simulated: Option<Spread>,
@@ -80,7 +78,6 @@ pub struct Confirmation {
     pub recorded: Option<RecordedSide>,
     /// Features of the accurate run.
     pub simulated_features: Features,
-    /// Features side by side.
     pub features: Vec<ConfirmedFeature>,
     pub runs: usize,
     pub failed: usize,
@@ -90,7 +87,6 @@ pub struct Confirmation {
 #[derive(Debug, Clone)]
 pub struct RecordedSide {
     pub features: Features,
-    /// Similarity of the waveforms.
     pub similarity: Similarity,
 }
 

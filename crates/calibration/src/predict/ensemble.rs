@@ -76,7 +76,6 @@ pub struct Spread {
     pub scatter: f64,
     /// Change for +1 % drive: half the difference of the means at ±1 %.
     pub sensitivity: f64,
-    /// Standard error of `sensitivity`.
     pub sensitivity_error: f64,
 }
 

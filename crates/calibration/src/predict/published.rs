@@ -77,11 +77,9 @@ pub enum Claim {
 pub struct Statement {
     pub key: &'static str,
     pub subject: Subject,
-    /// Place in the paper.
     pub place: &'static str,
     /// The statement, in our words.
     pub said: &'static str,
-    /// Its testable content.
     pub claim: Claim,
 }
 

@@ -23,11 +23,9 @@ use super::{
 use granchain_model::{ModelError, scene::Scene};
 use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
 
-/// Result of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Run {
-    /// Finished and measured.
     Finished {
         /// Features of the accurate run.
         #[serde(deserialize_with = "whole_observation")]
@@ -69,7 +67,6 @@ fn whole_ensemble<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Ensembl
     }
 }
 
-/// Why a sweep fails.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -177,7 +174,6 @@ pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
     }
 }
 
-/// `None` when stopped.
 fn run_point<E: StdError>(
     overrides: &[String],
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),

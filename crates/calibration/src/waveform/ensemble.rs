@@ -67,7 +67,6 @@ pub(super) struct Ensemble {
     pub centre: Vec<f64>,
     /// Rows of the lower triangular matrix that turns z into ln.
     pub lower: Vec<Vec<f64>>,
-    /// z of every run.
     pub points: Vec<Vec<f64>>,
     /// A column a run, of every record.
     pub traces: Vec<Mat<f64>>,
@@ -86,7 +85,6 @@ pub(super) struct Placed {
     pub last: usize,
 }
 
-/// Information besides the runs.
 pub(super) struct Known<'a> {
     pub records: Vec<&'a RecordTrace>,
     pub nuisances: Vec<Nuisances>,

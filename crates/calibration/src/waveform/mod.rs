@@ -47,7 +47,6 @@ pub struct WaveformFit {
     pub product: Option<[f64; 2]>,
     /// ln of stiffness over mass, relative to the scene's, and its standard deviation; `None` if it is not a nuisance.
     pub modulus: Option<[f64; 2]>,
-    /// p-value of the waveform.
     pub p: f64,
     /// T over the number of samples.
     pub reduced: f64,

@@ -26,7 +26,6 @@ const CONTINUED: usize = 3;
 pub(super) struct RecordTrace {
     pub step: f64,
     pub onset: usize,
-    /// Its largest magnitude, m/s.
     pub peak: f64,
     /// Standard deviation of a sample of white noise that has the density of the record's up to half the sample rate, m/s.
     pub sigma: f64,

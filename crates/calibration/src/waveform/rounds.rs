@@ -63,13 +63,11 @@ const MOST_POOLED: usize = 320;
 
 const SEED: u64 = 0x0AEF_0123;
 
-/// One finished round.
 pub(super) struct Round {
     points: Vec<Vec<f64>>,
     traces: Vec<Mat<f64>>,
 }
 
-/// State of all rounds.
 pub(super) struct Rounds {
     pub sources: Sources,
     seed: u64,

@@ -18,7 +18,6 @@ use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 /// Pairs of runs for the step error.
 const PAIRS: usize = 16;
 
-/// Fewest finished pairs.
 const FEWEST_PAIRS: usize = 4;
 
 /// Error of the chain's step over its difference from one a quarter as long.
@@ -75,7 +74,6 @@ impl Sources {
         self.records.len()
     }
 
-    /// Information besides the runs.
     pub fn known(&self) -> Known<'_> {
         Known {
             records: self.records.iter().map(|source| &source.trace).collect(),

@@ -39,7 +39,6 @@ use std::path::Path;
 
 use super::{DecimalSign, MeasurementError, Place, column::parse_unit, decimal};
 
-/// Information above a table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Preamble {
     pub instrument: &'static str,

@@ -263,7 +263,6 @@ pub fn lines(
     Ok(table)
 }
 
-/// Highest usable frequency, Hz.
 pub(super) fn usable_limit(series: &Series) -> f64 {
     0.5 * USABLE_NYQUIST_FRACTION * series.sample_rate()
 }
