@@ -186,7 +186,7 @@ class Record:
 
     @property
     def bandwidth(self) -> float | None:
-        """−6 dB bandwidth of the decoder, Hz, where stated."""
+        """−6 dB bandwidth of the vibrometer, Hz, where stated."""
         found = self._about["bandwidth"]
         return None if found is None else float(found)
 

@@ -246,7 +246,7 @@ impl Study {
         (0..TIP_MASSES).flat_map(|step| TIP_QUALITIES.map(|quality| (mass(step), quality))).collect()
     }
 
-    /// The printed drive as the free motion of a tip that gives way; what cannot be run says why.
+    /// The printed drive as the free motion of a compliant tip; what cannot be run says why.
     fn tip(&self, (mass_kg, quality): (f64, f64), watch: &dyn Watch) -> Result<Vec<Cell>, StudyError> {
         let horn = [format!("horn.mass={mass_kg:e}"), format!("horn.quality={quality}")];
         match self.cells(OWN, &[PRINTED_DRIVE], &horn, watch) {

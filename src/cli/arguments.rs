@@ -30,10 +30,10 @@ const FEWEST_MOST_THREADS: usize = 64;
 /// What is assumed of every record that does not state otherwise, as its reader says it and in short.
 const USUAL: [(&str, &str); 5] = [
     ("t = 0 of the file's own time axis is the trigger", "t = 0 is the trigger"),
-    ("decoder delay: none stated", "no delay"),
-    ("decoder bandwidth: none stated", "no limit of bandwidth"),
+    ("instrument delay: none stated", "no delay"),
+    ("instrument bandwidth: none stated", "no limit of bandwidth"),
     ("sign as in the file", "sign as in the file"),
-    ("the decoder's full-scale value is not stated", "no full scale"),
+    ("the instrument's full-scale value is not stated", "no full scale"),
 ];
 
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.

@@ -201,7 +201,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     };
     let is_horn = records.each_ref().map(|record| record.kind == RecordKind::HornTip);
     if is_horn[0] != is_horn[1] {
-        return apart(is_horn[0], "told from names and units".into());
+        return apart(is_horn[0], "recognised by names and units".into());
     }
     // A horn moves as a sine, the last bead in impulses.
     let [one, other] = records.each_ref().map(share_of_strongest_line);

@@ -98,7 +98,7 @@ struct Difference {
 
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, inputs, session } = arguments;
-    let folder = std::path::absolute(folder).context("the current folder cannot be told")?;
+    let folder = std::path::absolute(folder).context("the current folder is unknown")?;
     let manifest = read_manifest(&folder)?;
     let (stored, unknown) = read(&folder, &manifest)?;
     // The folder for the inputs goes when this is dropped.

@@ -1,4 +1,4 @@
-//! A horn that gives way, in the models of a fixed step: limits, closed forms, books.
+//! A compliant horn, in the models of a fixed step: limits, closed forms, books.
 
 use super::scenes::{self, Knock, channels, run};
 use granchain::{

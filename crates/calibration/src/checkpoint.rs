@@ -23,11 +23,11 @@ use granchain_record::{
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    #[error("{path}: the saved search cannot be read; pass --force without --resume to begin anew", path = path.display())]
+    #[error("{path}: the saved search cannot be read; pass --force without --resume to start again", path = path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },
-    #[error("{path}: the saved search is damaged; pass --force without --resume to begin anew", path = path.display())]
+    #[error("{path}: the saved search is damaged; pass --force without --resume to start again", path = path.display())]
     Damaged { path: PathBuf, source: serde_json::Error },
-    #[error("{path}: the saved search is not used: {source}; pass --force without --resume to begin anew", path = path.display())]
+    #[error("{path}: the saved search is not used: {source}; pass --force without --resume to start again", path = path.display())]
     Broken { path: PathBuf, source: BrokenSeal },
     #[error(
         "{path}: expected runs, features and batches of this fit, found numbers of them that it cannot have; pass --force without --resume to start over",
@@ -36,7 +36,7 @@ pub enum CheckpointError {
     Impossible { path: PathBuf },
     #[error(
         "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); repeat \
-         the command that began it, give another --out, or pass --force without --resume to begin anew", path = path.display()
+         the command that began it, give another --out, or pass --force without --resume to start again", path = path.display()
     )]
     OtherFit { path: PathBuf },
 }

@@ -385,7 +385,7 @@ fn reach<'a>(positions: impl Iterator<Item = &'a [f64]>, dimension: usize) -> (V
 
 impl Solver<FidelityLevel, SearchState> for Correction {
     fn name(&self) -> &'static str {
-        "correction on the rung above"
+        "correction on the fidelity level above"
     }
 
     fn next_iter(

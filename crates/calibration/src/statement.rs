@@ -40,7 +40,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         )),
         Verdict::Doubtful => {
             if fit.agreement.p < agreement::DOUBTFUL {
-                said.push(format!("The agreement is doubtful: {}", standing(fit)));
+                said.push(format!("The result is doubtful: {}", standing(fit)));
             }
             let unusual = fit.estimates.iter().zip(&fit.parameters).filter(|(it, parameter)| parameter.is_unusual(it.value));
             said.extend(unusual.map(|(estimate, _)| {
@@ -155,7 +155,7 @@ fn standing(fit: &Fit) -> String {
     let p = fit.agreement.p;
     let share = if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
     format!(
-        "of records that the model makes itself {share} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside)."
+        "of the records simulated with this model {share} fit as badly as this one (p; below 5 % it is doubtful, below 1 % outside)."
     )
 }
 

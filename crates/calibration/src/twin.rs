@@ -53,7 +53,7 @@ pub struct Truth {
 pub enum TwinError {
     #[error("the truth cannot be simulated")]
     Model(#[from] ModelError),
-    #[error("the twin's record cannot be read")]
+    #[error("the synthetic record cannot be read")]
     Record(#[from] MeasurementError),
 }
 

@@ -98,10 +98,7 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
         vec![format!("gaps of {} (half-normal{roughness}) in every contact", engineering(drawn.gap, "m", 2))];
     words.push(format!("the drive's level ±{} %", 100.0 * drawn.drive));
     if drawn.droop > 0.0 {
-        words.push(format!(
-            "up to {} % of the drive that its decoder may have taken",
-            significant(100.0 * drawn.droop, 2)
-        ));
+        words.push(format!("up to {} % drive loss in its vibrometer's filter", significant(100.0 * drawn.droop, 2)));
     }
     if drawn.sensitivity > 0.0 {
         words.push(format!("the instrument's sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));

@@ -80,7 +80,7 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
                 expected: format!("{} between the names, as in line {found_at}", delimiter.name()),
                 found: other.name(),
                 remedy: if delimiter == Delimiter::Comma {
-                    "decimal commas cannot be told from commas between values: export with decimal points, or with \
+                    "decimal commas cannot be distinguished from commas between values: export with decimal points, or with \
                      semicolons in every line"
                 } else {
                     "export with one delimiter throughout"

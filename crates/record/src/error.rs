@@ -166,7 +166,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected {expected} cells as in the header, found {found}{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
-        else if *commas { "; decimal commas cannot be told from commas between values: export with semicolons, or with decimal points" }
+        else if *commas { "; decimal commas cannot be distinguished from commas between values: export with semicolons, or with decimal points" }
         else { "; complete the row or delete it" }
     )]
     Ragged {

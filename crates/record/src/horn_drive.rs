@@ -391,7 +391,7 @@ impl HornDrive {
             )
         };
         let left = match &self.remainder {
-            Some(remainder) => format!("; noise that cannot be told from motion: {:.3} nm rms", 1e9 * remainder.rms()),
+            Some(remainder) => format!("; residual noise: {:.3} nm rms", 1e9 * remainder.rms()),
             None => String::new(),
         };
         let drift =

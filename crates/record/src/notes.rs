@@ -104,7 +104,7 @@ impl Notes {
             self.assume(format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor));
             if options.range.is_none() && scale.dimension() != Dimension::PRESSURE {
                 self.assume(
-                    "the decoder's full-scale value is not stated (range): overload shows as flat peaks only".into(),
+                    "the instrument's full-scale value is not stated (range): overload shows as flat peaks only".into(),
                 );
             }
         }
@@ -136,7 +136,7 @@ impl Notes {
         let Dialect { delimiter, decimal } = form.dialect;
         if form.dialect != Dialect::default() {
             let told = match (options.delimiter, options.decimal) {
-                (None, None) => "told from the first rows",
+                (None, None) => "taken from the first rows",
                 (Some(_), None) => "delimiter, and the first rows",
                 (None, Some(_)) => "the first rows, and decimal",
                 (Some(_), Some(_)) => "delimiter, decimal",
@@ -198,13 +198,13 @@ impl Notes {
         };
         let share = raw.peak() / full;
         let shown = Quantity::new(full, motion);
-        let said = format!("the record's peak is {:.0} % of the decoder's range ({shown})", 100.0 * share);
+        let said = format!("the record's peak is {:.0} % of the instrument's range ({shown})", 100.0 * share);
         if share >= NEAR_FULL_SCALE {
             self.warn(format!(
                 "{said}: it was overloaded or nearly so, and peaks may be too small; record with a larger range"
             ));
         } else if share < NEAR_NOTHING {
-            self.warn(format!("{said}: the resolution of the decoder may show; record with a smaller range"));
+            self.warn(format!("{said}: the resolution of the instrument may show; record with a smaller range"));
         } else {
             self.assume(format!("{said} (range)"));
         }
@@ -252,7 +252,7 @@ impl Notes {
         }
         if let Some(bandwidth) = bandwidth.filter(|bandwidth| *bandwidth > 0.5 * raw.sample_rate()) {
             self.warn(format!(
-                "the decoder passes {}, more than half the sample rate of {}: sampled too slowly or thinned out by the \
+                "the instrument's bandwidth is {}, more than half the sample rate of {}: sampled too slowly or thinned out by the \
                  instrument, so {resolve}",
                 hertz(bandwidth),
                 hertz(raw.sample_rate())
@@ -291,7 +291,7 @@ impl Notes {
         if noise_rms > LOUD_NOISE * peak {
             self.warn(format!(
                 "noise of {} rms before the trigger, {:.2} % of the peak: the piston shakes the chain with it, and peaks and fits scatter \
-                 accordingly; average several records, or use a decoder of less bandwidth",
+                 accordingly; average several records, or reduce the instrument's bandwidth",
                 Quantity::new(format!("{noise_rms:.2e}").parse().unwrap_or(noise_rms), Dimension::LENGTH),
                 100.0 * noise_rms / peak
             ));
@@ -315,11 +315,11 @@ impl Notes {
             let (what, remedy) = match kind {
                 RecordKind::HornTip => (
                     "a drift or step drives the chain as a motion of the horn would",
-                    "couple the decoder to AC, or record the velocity",
+                    "AC-couple the instrument, or record the velocity",
                 ),
                 RecordKind::Vibrometer | RecordKind::Hydrophone => (
                     "hum or a drift adds to its peaks and early features",
-                    "couple the decoder to AC, or find the ground loop",
+                    "AC-couple the instrument, or find the ground loop",
                 ),
             };
             self.warn(format!(
@@ -336,7 +336,7 @@ impl Notes {
         if share > TESTED_NOISE {
             self.warn(format!(
                 "noise of {:.0} % of the peak: intervals were tested with up to {:.0} %, and the smallest features drown in it; average several \
-                 shots, or use a decoder of less bandwidth",
+                 shots, or reduce the instrument's bandwidth",
                 100.0 * share,
                 100.0 * TESTED_NOISE
             ));

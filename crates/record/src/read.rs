@@ -170,10 +170,10 @@ pub fn read_record_bytes(
         }
     };
     let delay = match (options.delay, said.delay) {
-        (Some(flag), _) => notes.take("decoder delay removed:", flag, "delay"),
-        (None, Some(header)) => notes.take("decoder delay removed:", header, "the header"),
+        (Some(flag), _) => notes.take("instrument delay removed:", flag, "delay"),
+        (None, Some(header)) => notes.take("instrument delay removed:", header, "the header"),
         (None, None) => {
-            notes.assume("decoder delay: none stated, taken as 0".into());
+            notes.assume("instrument delay: none stated, taken as 0".into());
             0.0
         }
     };
@@ -191,9 +191,9 @@ pub fn read_record_bytes(
         notes.assume(format!("the mean of {averages} shots ({from}): compared with means of as many runs"));
     }
     match (options.bandwidth, said.bandwidth) {
-        (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--read bandwidth=…)", hertz(flag))),
-        (None, Some(header)) => notes.assume(format!("decoder bandwidth {} (the header)", hertz(header))),
-        (None, None) => notes.assume("decoder bandwidth: none stated, taken as beyond half the sample rate".into()),
+        (Some(flag), _) => notes.assume(format!("instrument bandwidth {} (--read bandwidth=…)", hertz(flag))),
+        (None, Some(header)) => notes.assume(format!("instrument bandwidth {} (the header)", hertz(header))),
+        (None, None) => notes.assume("instrument bandwidth: none stated, taken as beyond half the sample rate".into()),
     }
 
     // Rounded to nothing where the axis is meant to hold the trigger.

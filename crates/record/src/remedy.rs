@@ -23,9 +23,9 @@ pub(super) fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
     match kind {
         RecordKind::HornTip => (
             "a velocity or a displacement",
-            "the decoder's sensitivity; pass it as --scale '<VALUE> um/V' or '<VALUE> mm/s/V'",
+            "the vibrometer's sensitivity; pass it as --scale '<VALUE> um/V' or '<VALUE> mm/s/V'",
         ),
-        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '<VALUE> mm/s/V'"),
+        RecordKind::Vibrometer => ("a velocity", "the vibrometer's sensitivity; pass it as --scale '<VALUE> mm/s/V'"),
         RecordKind::Hydrophone => (
             "a pressure",
             "the hydrophone's sensitivity; pass it as --scale '<VALUE> mV/MPa', or write `# sensitivity: <VALUE> mV/MPa` into the file",

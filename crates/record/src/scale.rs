@@ -22,7 +22,7 @@ pub enum SensitivityError {
     #[error(transparent)]
     Quantity(#[from] granchain_signal::QuantityError),
     #[error(
-        "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a decoder's range such as \
+        "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a vibrometer's range such as \
          `100 mm/s/V` stands on its front panel, a hydrophone's on its calibration certificate"
     )]
     Dimension { found: String },

@@ -29,7 +29,7 @@ const LONGEST_NAME: usize = 230;
 const COMMAND: &str = "command";
 
 /// What to say where a state to resume holds nothing yet.
-pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it is started anew";
+pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it starts again";
 
 /// Staged folders that go when the process is stopped by force.
 static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -418,7 +418,7 @@ pub fn same_plan(path: &Path, plan: &[u8], run: &str, decided_by: &str) -> anyho
         return Ok(());
     }
     anyhow::bail!(
-        "{}: the {run} to resume has another {decided_by} or program version; give the same flags, or start anew with --force",
+        "{}: the {run} to resume has another {decided_by} or program version; give the same flags, or start again with --force",
         path.display()
     )
 }

@@ -150,7 +150,7 @@ impl<'a> Analysis<'a> {
                 let state = folder.state_path().join(CHECKPOINT);
                 let bytes = read_back(&state, LARGE).with_context(|| format!("{}: cannot be read", state.display()))?;
                 let of_ours =
-                    || format!("{}: no saved state of this program; start anew with --force", state.display());
+                    || format!("{}: no saved state of this program; start again with --force", state.display());
                 let saved: Checkpoint =
                     serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
                 simulation.restore(saved.simulation, &identity)?;
@@ -294,9 +294,9 @@ impl Analysis<'_> {
             }
             let path = folder.join(name);
             let frame = read_back(&path, LARGE)
-                .with_context(|| format!("{}: cannot be read; start anew with --force", path.display()))?;
+                .with_context(|| format!("{}: cannot be read; start again with --force", path.display()))?;
             if sha256(&frame) != *digest {
-                bail!("{}: altered or damaged since it was written; start anew with --force", path.display());
+                bail!("{}: altered or damaged since it was written; start again with --force", path.display());
             }
         }
         if self.written.is_empty() { Ok(()) } else { self.write_series(&folder, self.taken() / steps) }

@@ -138,7 +138,7 @@ pub const PARAMETERS: &[Row] = &[
         get: |_| None,
         set: |_, _| {},
         vary: |_, _, _| {},
-        remedy: "The decoder's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it.",
+        remedy: "The vibrometer's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it.",
     },
     Row {
         target: Target::HornMass,
@@ -159,7 +159,7 @@ pub const PARAMETERS: &[Row] = &[
     Row {
         target: Target::Drag,
         key: "drag",
-        shown: |_| shown("drag of the holder", "b", "mN·s/m", 1e3),
+        shown: |_| shown("drag of the bead guide", "b", "mN·s/m", 1e3),
         scene_key: |_| "holder.drag",
         bounds: |_| Ok(("N s/m", 1e-3, 1.0)),
         widening: Widening::Up,
@@ -171,7 +171,7 @@ pub const PARAMETERS: &[Row] = &[
     Row {
         target: Target::Friction,
         key: "friction",
-        shown: |_| shown("friction of the holder", "F_c", "mN", 1e3),
+        shown: |_| shown("friction of the bead guide", "F_c", "mN", 1e3),
         scene_key: |_| "holder.friction_force",
         bounds: |_| Ok(("N", 1e-4, 0.3)),
         widening: Widening::Up,

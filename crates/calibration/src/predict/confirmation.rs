@@ -48,7 +48,7 @@ pub enum ConfirmationError {
     Ensemble(#[from] EnsembleError),
     #[error("the fitted response cannot be measured")]
     Feature(#[from] FeatureError),
-    #[error("the accurate run at the fitted parameters cannot be laid on the record")]
+    #[error("the accurate run at the fitted parameters cannot be aligned with the record")]
     Fingerprint(#[from] FingerprintError),
 }
 

@@ -94,7 +94,7 @@ pub struct EnsembleOutcome {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
-    #[error("an ensemble needs at least 2 members, found {found}; pass --ensemble 32")]
+    #[error("an ensemble needs at least 2 runs, found {found}; pass --ensemble 32")]
     TooFew { found: usize },
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -89,7 +89,7 @@ pub struct DiscResponse {
     pub pressure: Vec<Series>,
 }
 
-/// Energy that went into effects beside the dashpots, and the books of a horn that gives way, J.
+/// Energy that went into effects beside the dashpots, and the books of a compliant horn, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Channels {
     pub drag_j: f64,

@@ -104,7 +104,7 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     Some(Table {
         caption: format!(
             "Features over the analysis window{} (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; \
-             agreement closer than that means nothing. Sensitivity: change for +1 % drive.",
+             smaller differences are not significant. Sensitivity: change for +1 % drive.",
             record.window.map_or_else(String::new, |window| format!(
                 ", {} to {} µs",
                 significant(window.from * 1e6, 4),

@@ -371,7 +371,7 @@ const CHANGES: &[Change] = &[
         ground: takes_effects,
     },
     Change {
-        name: "drag in the holder",
+        name: "drag in the bead guide",
         belongs: Belongs::Bench,
         out: "holder.drag = 0",
         remove: |scene| {
@@ -387,7 +387,7 @@ const CHANGES: &[Change] = &[
         ground: takes_effects,
     },
     Change {
-        name: "friction in the holder",
+        name: "friction in the bead guide",
         belongs: Belongs::Bench,
         out: "holder.friction_force = 0",
         remove: |scene| {

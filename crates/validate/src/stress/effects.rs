@@ -53,7 +53,7 @@ pub(super) fn horn(room: &mut Room<'_>) {
             let scale = energy.largest_j.max(energy.piston_work_j.abs());
             let most = if room.fidelity == FidelityLevel::Hertz { 1e-5 } else { 2e-2 };
             room.check(
-                format!("{which}: books of the horn over the largest energy"),
+                format!("{which}: energy balance of the horn over the largest energy"),
                 (open / scale).abs(),
                 Limit::AtMost(most),
                 "1",

@@ -121,7 +121,7 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         truth: Some(made.truth),
         fit: match at_truth {
             Some(fit) => fit.as_ref().map(TwinFit::from).map_err(Clone::clone),
-            None => Err("the twin's mount was not fitted".into()),
+            None => Err("the synthetic record's mount was not fitted".into()),
         },
         named_law: None,
         named_mount: Some(preferred_of(&fitted, &excluded)),

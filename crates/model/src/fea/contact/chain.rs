@@ -43,7 +43,7 @@ pub(crate) struct Contacts {
     pub compliances: Vec<Compliance>,
     /// The different V, row by row: points of the later contact × points of the earlier.
     pub couplings: Vec<Vec<f64>>,
-    /// Of piston, beads, support: N + 2; the piston's is that of a horn that gives way, whose displacement a force feels a step later.
+    /// Of piston, beads, support: N + 2; the piston's is that of a compliant horn, whose displacement a force feels a step later.
     pub mobilities: Vec<Mobility>,
     /// What the last dashpot stands on, if it moves without being a body of the chain.
     pub dashpot_base: DashpotBase,

@@ -303,7 +303,7 @@ impl AccuracyReport {
             )
         };
         format!(
-            "Seconds are {clock}, on {}; each setting is repeated two to nine times, bodies made anew each time.{old}",
+            "Seconds are {clock}, on {}; each setting is repeated two to nine times, bodies made again each time.{old}",
             self.accuracy.found.processor
         )
     }
