@@ -226,7 +226,7 @@ fn ended(error: Refusal) -> anyhow::Error {
     }
 }
 
-/// Which model was taken, where nobody said, for the terminal.
+/// Which model was chosen by default, for the terminal.
 fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
     if problem.shots.len() > 1 {
         return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// A vibrometer or horn-tip record, or a response.csv of ours (its pole velocity)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// What was recorded where [default: told from the file's name and units]
+    /// What was recorded where [default: from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: refined from the drive record, else the file's header, else

@@ -268,7 +268,7 @@ fn a_record_that_lacks_its_beginning_is_met_by_the_run_that_made_it() {
 }
 
 #[test]
-fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
+fn every_run_draws_every_nuisance_that_is_not_fitted() {
     let scene = bench_scene(&[]);
     let recording = recording(&scene, None);
     let spread = |names: &[&str], uncertainty| {
@@ -289,7 +289,7 @@ fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
     }
 }
 
-/// Of identical runs the drive's line scatters by what the fall of the decoder leaves of it: between all and the Gaussian's gain at f0.
+/// Of identical runs the drive's line scatters by what the fall of the vibrometer leaves of it: between all and the Gaussian's gain at f0.
 #[test]
 fn what_is_not_known_of_a_decoder_is_in_the_prediction() {
     let scene = bench_scene(&[]);

@@ -1,4 +1,4 @@
-//! Calibration on a hydrophone's record: the shipped twin is found again with its mount, and what cannot be is refused with help.
+//! Calibration on a hydrophone's record: the shipped synthetic record is found again with its mount, and what cannot be is refused with help.
 
 use std::{fs, path::Path, process::Command};
 

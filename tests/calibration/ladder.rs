@@ -44,7 +44,7 @@ fn parameters() -> Vec<Parameter> {
     vec![Parameter::alpha().between(0.2, 2.0), Parameter::damping(DampingKind::Linear).unwrap()]
 }
 
-/// A record of `scene` by its own model, with the truth behind it: twin 1 has α = 0.30 and c = 0.16 N·s/m.
+/// A record of `scene` by its own model, with the truth behind it: synthetic record 1 has α = 0.30 and c = 0.16 N·s/m.
 fn record(scene: &Scene) -> (Recording, Vec<f64>) {
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
     let made = twin(scene, &parameters(), &Uncertainty::default(), Flaw::None, 1, SEED, &run).unwrap();

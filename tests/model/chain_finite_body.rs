@@ -301,7 +301,7 @@ fn an_ensemble_follows_the_accurate_integrator_and_takes_prepared_laws() {
         let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak;
         assert!(error < bound, "{name} {dampers} {precompression}: {error:e}");
         let fresh = Ensemble::new(&scene, 160).unwrap().run(&[variation]).remove(0).unwrap();
-        assert_eq!(fresh.values, found.values, "fitted anew");
+        assert_eq!(fresh.values, found.values, "fitted again");
     }
 }
 

@@ -304,7 +304,7 @@ fn dashpots_push_a_dragged_bead_by_as_much_as_its_contacts_reckon_with() {
     while !simulation.is_done() {
         simulation.advance().unwrap();
     }
-    // Were the push another, the gaps measured anew would miss their conditions.
+    // Were the push another, the gaps measured again would miss their conditions.
     assert!(simulation.complementarity().violations == 0, "{:?}", simulation.complementarity());
     let response = simulation.response();
     assert!(response.work.dashpot_evaluations > 0 && channels(&response).drag_j > 0.1 * response.energy.piston_work_j);

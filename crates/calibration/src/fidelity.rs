@@ -205,7 +205,7 @@ impl FidelityLevel {
     /// watch is called after every run.
     ///
     /// # Errors
-    /// [`Unmade`] when whoever watches says so, or a finished run cannot be kept.
+    /// [`Unmade`] when stopped, or when a finished run cannot be stored.
     pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Unmade> {
         let chain = self.chain.timed(first, positions);
         let lower = match &self.below {

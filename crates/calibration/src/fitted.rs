@@ -109,7 +109,7 @@ impl Problem {
     /// comparable run is left out with its reason, if others have one.
     ///
     /// # Errors
-    /// [`Refusal::Stopped`] when whoever watches says so; a candidate that cannot be fitted.
+    /// [`Refusal::Stopped`] when stopped; a candidate that cannot be fitted.
     pub fn fit(&self, course: Course<'_>) -> Result<Fitted, Refusal> {
         let own = if course.bodies.is_none() { self.bodies(None)? } else { None };
         let bodies = course.bodies.or(own.as_ref()).filter(|_| !self.above.is_empty());

@@ -2,7 +2,7 @@
 //!
 //! Near a point x the features z of the k nearest runs are regressed, locally linearly, on the parameters. The
 //! regression's value at x is the expected fingerprint. Its residuals are the run-to-run scatter (chaos, noise and
-//! nuisances, which every run draws anew). The record's z₀ is then judged by a multivariate Student t:
+//! nuisances, which every run draws again). The record's z₀ is then judged by a multivariate Student t:
 //!
 //! SL(x) = ln t_ν(z₀; z̄(x), Σ(x)),  Σ = C · n/ν · (1 + (G⁻¹)₀₀/n),  ν = n − max(3, p + 1),
 //!

@@ -437,7 +437,7 @@ mod tests {
 
     use super::*;
 
-    /// White noise of rms 1 at 10 MHz, as a converter adds it behind a decoder of 0.5 MHz.
+    /// White noise of rms 1 at 10 MHz, as a converter adds it behind a vibrometer of 0.5 MHz.
     fn recording(bandwidth: Option<f64>) -> Recording {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let values = (0..8000).map(|_| StandardNormal.sample(&mut random)).collect();

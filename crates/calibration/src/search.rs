@@ -258,7 +258,7 @@ impl Solver<MultiRecord, SearchState> for Search {
         let runs = problem.bulk_problem("cost_count", positions.len(), |joint| Ok(joint.run(first, &positions)))?;
         let done = first + runs.len() as u64;
         if !problem.problem("report_count", |joint| Ok(joint.first().report(done)))? {
-            // What of the batch was not run has no outcome: it is made anew.
+            // What of the batch was not run has no outcome: it is made again.
             return Ok((state.terminate_with(TerminationReason::Interrupt), None));
         }
         self.runs.extend(runs);

@@ -235,7 +235,7 @@ pub fn twin_at_level(
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Twin, TwinError> {
     let (scene, values) = (at_level(scene, level), drawn_truth(parameters, index, seed));
-    // Shots draw from streams of their own, as twins do.
+    // Shots draw from streams of their own, as synthetic records do.
     let drawn_by = index + (number << 32);
     let mut made = twin_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
     made.truth.index = index;

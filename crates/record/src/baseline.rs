@@ -220,7 +220,7 @@ pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
         }
     };
     // Of the window around i: A = Σ x_j and Z = Σ x_j exp(i angle (j − i)), so Σ (1 + cos) x_j = A + Re Z. From one window to the next a
-    // sample leaves, one enters and Z turns; every `half` windows both are summed anew, so that rounding does not add up.
+    // sample leaves, one enters and Z turns; every `half` windows both are summed again, so that rounding does not add up.
     let cis = |k: isize| Complex::<f64>::new(libm::cos(angle * k as f64), libm::sin(angle * k as f64));
     let reach = half as isize;
     let (edge, turn) = (cis(reach), cis(-1));

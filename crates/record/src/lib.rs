@@ -2,7 +2,7 @@
 //! features.
 //!
 //! ```text
-//! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
+//! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the vibrometer's delay ─ Record
 //! ```
 //!
 //! Everything that was assumed on the way is written down in [`Record::assumptions`]; everything that looks wrong but can be

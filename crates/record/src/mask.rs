@@ -254,7 +254,7 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
         }
     }
     found.extend(search(highest).unlike_neighbours(&repaired));
-    // A decoder takes some samples to lose its signal and to find it again.
+    // A vibrometer takes some samples to lose its signal and to find it again.
     let edge = usize::max(EDGE.0, (EDGE.1 * period).round() as usize);
     for (samples, _) in found.iter_mut().filter(|(_, reason)| *reason != MaskReason::TriggerSpike) {
         *samples = samples.start.saturating_sub(edge)..(samples.end + edge).min(count);

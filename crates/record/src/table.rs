@@ -408,7 +408,7 @@ impl Table {
             if is_row(&below) {
                 let instant =
                     number(text_of(&below, time), dialect.decimal).map_or(f64::NAN, |it| it * self.chosen.time_factor);
-                // A header and its units, or instants that begin anew.
+                // A header and its units, or instants that begin again.
                 return words > 1 || self.times.last().is_some_and(|last| instant <= last + self.origin());
             }
             words += 1;

@@ -1,4 +1,4 @@
-//! What of the printed pressure a horn's tip that gives way explains.
+//! How much of the published pressure a compliant horn tip explains.
 
 use serde::Serialize;
 

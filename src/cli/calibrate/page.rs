@@ -243,7 +243,7 @@ fn printed(shot: &Shot, scene: &Scene, confirmation: &Confirmation) -> BTreeMap<
         Measured::Record(measured) => beside(&measured.record),
         Measured::Published(measured) => Some(measured.published.clone()),
     };
-    // What is in print of the bench is no word on a twin of it.
+    // What is in print of the bench is no word on a synthetic record of it.
     let in_code =
         published(scene).filter(|_| shot.measured.record().is_some_and(|record| record_label(record) != "twin"));
     let number = |key: &str| match printed.as_ref().and_then(|it| statement_on(it, key)).map(|it| &it.statement) {

@@ -315,7 +315,7 @@ impl OutputFolder {
 
     /// Move the results into a folder that keeps its other files; what an earlier run wrote there goes.
     ///
-    /// Meanwhile the list holds the old files and the new ones, so that at any instant each of them can be told to be ours.
+    /// Meanwhile the list holds the old files and the new ones, so that at any instant each of them is known to be ours.
     fn move_in(&self, list: &List, standing: &Standing) -> Result<(), OutputError> {
         let (both, results) = (self.work.join(BOTH), self.work.join(RESULTS));
         let mut union = standing.list.clone();

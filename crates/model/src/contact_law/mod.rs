@@ -31,7 +31,7 @@ pub trait ElasticLaw: Copy {
     const IS_HERTZ: bool;
     /// Whether the contacts of the chain are those of finite bodies, which feel one another.
     const IS_COUPLED: bool = false;
-    /// Whether the chain has effects beside contacts and dashpots: a compliant horn, a holder, contacts that yield or relax.
+    /// Whether the chain has effects beside contacts and dashpots: a compliant horn, a bead guide, contacts that yield or relax.
     const HAS_EFFECTS: bool = false;
     /// Force, N, ≥ 0; zero for `overlap` ≤ 0 (m).
     fn force(&self, overlap: f64) -> f64;

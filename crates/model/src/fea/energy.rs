@@ -1,4 +1,4 @@
-//! The books of a run: where the work of the piston went.
+//! The energy balance of a run: where the work of the piston went.
 
 use crate::response::{EnergyBalance, EnergyLedger, SolverWork};
 
@@ -20,7 +20,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Empty books; errors of a step are held against at least `least_scale` (J).
+    /// An empty balance; errors of a step are relative to at least `least_scale` (J).
     pub(crate) fn new(least_scale: f64, work: SolverWork) -> Self {
         Self { least_scale, work, ..Self::default() }
     }

@@ -2,7 +2,7 @@
 //!
 //! A file is named by the SHA-256 of everything its content follows from: meshes, materials, interface, settings and the version of the
 //! program. It begins with a line that holds the SHA-256 of the rest; a file that does not agree with it, or cannot be read as what it should be, is
-//! made anew. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit. A folder holds 2 GiB at most:
+//! made again. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit. A folder holds 2 GiB at most:
 //! what was used longest ago goes first.
 
 use std::{

@@ -6,7 +6,7 @@ use super::{ContactMass, Elements, FeaSettings, Limits, ModelKind, ReducedSettin
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// Default interval of the output samples, s.
 pub(crate) const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
-/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
+/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a vibrometer of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -98,7 +98,7 @@ pub(super) struct Totals {
     pub balance: EnergyBalance,
     pub events: u64,
     pub dashpots: u64,
-    /// Evaluations of the horn, and of the holder of a bead.
+    /// Evaluations of the horn, and of the bead guide of a bead.
     pub horn: u64,
     pub holder: u64,
 }
@@ -309,7 +309,7 @@ fn settle(
     Ok(())
 }
 
-/// Run a chain at rest against a disc at rest for `duration` (s), heard at the disc's first `points` field points.
+/// Run a chain at rest against a disc at rest for `duration` (s), with the disc's first `points` field points.
 pub fn run(
     chain: &ChainInFront,
     motion: &dyn PistonMotion,

@@ -439,7 +439,7 @@ fn a_relaxation_that_never_ends_is_a_stiffer_annulus_and_one_that_is_over_at_onc
     assert!(brief[1] < 0.02 && brief[1] < 0.2 * brief[0], "{brief:?}");
 }
 
-/// All at once, over many scenes: books close, nothing hangs, forces never pull.
+/// All at once, over many scenes: the energy balance closes, nothing hangs, forces never pull.
 #[test]
 fn everything_together_closes_its_books() {
     let mut next = 7_u64;

@@ -1,6 +1,6 @@
 //! What instruments write above their rows: which instrument it was, where the table begins, what it states about it.
 //!
-//! | instrument | told by | what is taken from it |
+//! | instrument | recognised by | what is taken from it |
 //! |---|---|---|
 //! | Digilent WaveForms | `#Digilent WaveForms` | sample rate, number of points |
 //! | GW Instek | `Memory Length` … `Waveform Data` | units, names, sample interval, number of points; counts are refused |

@@ -176,7 +176,7 @@ fn volts_need_a_sensitivity_and_nothing_else_may_have_one() {
     assert!(bare.to_string().ends_with("pass it as --scale '<VALUE> mm/s/V'"), "{bare}");
     let needless = read_record(&file("plain.csv"), RecordKind::Vibrometer, &scaled()).unwrap_err().to_string();
     assert!(needless.contains("--scale is for a column in volts, found the unit `mm_per_s`"), "{needless}");
-    // A displacement decoder makes a horn-tip record.
+    // A displacement vibrometer makes a horn-tip record.
     let options = ReadOptions { scale: Some(Sensitivity::parse("2 um/V").unwrap()), ..ReadOptions::default() };
     let horn = read_record(&file("volts.csv"), RecordKind::HornTip, &options).unwrap();
     let ratio = horn.raw.peak() / read("volts.csv", &scaled()).raw.peak();

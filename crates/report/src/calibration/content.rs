@@ -116,7 +116,7 @@ fn share(p: f64) -> String {
     if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{} %", significant(100.0 * p, 2)) }
 }
 
-/// The rungs of the ladder side by side.
+/// The fidelity levels side by side.
 fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
     let laddered = || laws.iter().filter(|law| law.drawn.below.is_some());
     if laddered().next().is_none() {

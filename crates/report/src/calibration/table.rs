@@ -62,7 +62,7 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
 pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
     let record = &report.records[number];
     let watched = report.features(number);
-    // Of a twin, or of a bench of one's own, nothing is in print.
+    // Of a synthetic record, or of a bench of one's own, nothing is in print.
     let in_print = watched.iter().any(|row| row.published.is_some());
     let rows: Vec<Vec<String>> = watched
         .iter()

@@ -72,7 +72,7 @@ impl Strength {
 /// - `record`: conditioned velocity or pressure
 /// - `noise_rms`: σ of the conditioned record, unit of the record
 ///
-/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
+/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be distinguished from noise.
 pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
     const CANDIDATES: usize = 64;
     let peak = record.peak();

@@ -17,7 +17,7 @@
 //!    and what the maximum of those plus fresh noise exceeds their largest by is subtracted.
 //!
 //! Left over, for σ = 3 % of the larger peak and 1.5 to 10 MHz: 0.8 % of it for trains of equal impulses and for single
-//! ones (raw extreme: up to 8 %), −1.6 % where heights scatter by as much as the noise and cannot be told from it; 5 % of
+//! ones (raw extreme: up to 8 %), −1.6 % where heights scatter by as much as the noise and cannot be distinguished from it; 5 % of
 //! a trough four to six times shallower than the impulses (raw extreme: 20 to 38 %). `tests/signal/feature_peaks.rs` measures it.
 //!
 //! For white noise, or noise white up to a stated bandwidth. A record limited to its band with its noise rms measured

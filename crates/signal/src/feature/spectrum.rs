@@ -104,7 +104,7 @@ impl AmplitudeSpectrum {
     /// series.
     ///
     /// Lines fill the lesser part of the spectrum when the window holds 16 drive periods or more; with fewer the
-    /// floor cannot be told from the lines and `None` is returned. White noise of rms σ over n samples has the floor
+    /// floor cannot be distinguished from the lines and `None` is returned. White noise of rms σ over n samples has the floor
     /// 2σ √(3/(2n)) √(ln 2). In a chaotic response the floor is its broadband part.
     pub fn noise_floor(&self, drive_frequency: f64) -> Option<f64> {
         if drive_frequency < 16.0 * self.resolution_hz {

@@ -187,7 +187,7 @@ fn takes_effects(scene: &mut Scene) -> bool {
     true
 }
 
-/// A holder that does nothing is none.
+/// A bead guide that does nothing is none.
 fn emptied(scene: &mut Scene) {
     scene.holder = scene.holder.filter(|holder| holder.acts() || holder.clearance > 0.0);
 }

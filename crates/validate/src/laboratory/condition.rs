@@ -1,6 +1,6 @@
 //! The conditions: what a laboratory does to a record, and what it may say wrongly of its bench.
 //!
-//! Everything that is random but the noise itself is drawn here, from a stream of its own for every condition and number, so that a twin is the
+//! Everything that is random but the noise itself is drawn here, from a stream of its own for every condition and number, so that a synthetic record is the
 //! same whichever others are made beside it.
 
 use rand::{Rng, SeedableRng};
@@ -35,13 +35,13 @@ pub enum Condition {
     HornVelocity,
     /// The two channels' clocks differ by up to 50 ppm.
     Clock,
-    /// The vibrometer is up to 1 % off, and the fit is told so.
+    /// The vibrometer is up to 1 % off, and the fit knows that tolerance.
     Sensitivity,
     /// 50 Hz and a slow drift on both.
     Hum,
     /// AC coupling at 100 Hz to 1 kHz on both.
     Coupling,
-    /// A decoder of 0.4 to 1.5 MHz with its delay, both stated in the header.
+    /// A vibrometer of 0.4 to 1.5 MHz with its delay, both stated in the header.
     Decoder,
     /// 10, 12 or 14 bits, range 1.1 to 2.5 times the peak.
     Bits,
@@ -69,15 +69,15 @@ pub enum Condition {
     /// Weakly driven, dampers between the beads only, 3 % of noise: the regime of the source paper.
     #[serde(rename = "period-3")]
     Period3,
-    /// The annulus is 30 % softer than told.
+    /// The annulus is 30 % softer than stated.
     SofterSupport,
-    /// The other damping law than told.
+    /// The other damping law than stated.
     OtherLaw,
-    /// A bead fewer than told.
+    /// A bead fewer than stated.
     BeadFewer,
-    /// A bead more than told.
+    /// A bead more than stated.
     BeadMore,
-    /// Beads 10 % larger than told.
+    /// Beads 10 % larger than stated.
     Radius,
     /// A first gap of 20 nm.
     FirstGap,
@@ -100,7 +100,7 @@ pub enum Condition {
     UnitDown,
     /// The two files swapped, the horn's a velocity too.
     Swapped,
-    /// 40 kHz told of a record at 73 kHz.
+    /// 40 kHz stated for a record at 73 kHz.
     Frequency,
     /// The velocity clipped at 60 % of its peak.
     #[serde(rename = "clipped-60")]
@@ -269,11 +269,11 @@ impl Condition {
     }
 }
 
-/// What one twin is made with, and what its fit is told.
+/// Truth and instrument of one synthetic record, and the information given to its fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     pub condition: Condition,
-    /// Number of the twin in it.
+    /// Number of the synthetic record in it.
     pub number: u64,
     /// `rigid`, `annulus` or `spring`.
     pub support: String,
@@ -283,13 +283,13 @@ pub struct Setting {
     pub values: [f64; 2],
     pub gaps: Vec<f64>,
     pub drive: String,
-    /// Overrides of the scene `annulus` that the fit is told.
+    /// Overrides of the scene `annulus` given to the fit.
     pub told: Vec<String>,
     /// Further ones of the truth.
     pub truth: Vec<String>,
-    /// What is told to be drawn into every run: `--uncertainty`.
+    /// Uncertainties given to the fit: `--uncertainty`.
     pub uncertainty: Vec<(String, f64)>,
-    /// Drive frequency as told, Hz.
+    /// Drive frequency given to the fit, Hz.
     pub told_frequency_hz: f64,
     pub laboratory: Laboratory,
 }
@@ -301,13 +301,13 @@ const SPRING: f64 = 1e7;
 const SUPPORTS: [&str; 4] = ["rigid", "annulus", "spring", "annulus"];
 
 impl Setting {
-    /// Twin `number` of a condition, and the stream that its noise goes on from.
+    /// Synthetic record `number` of a condition, and the stream that its noise goes on from.
     #[must_use]
     pub fn draw(condition: Condition, number: u64, seed: u64) -> (Self, ChaCha8Rng) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream((condition.stream() << 32) | (number & 0xffff_ffff));
         let r = &mut random;
-        // Conditions begin elsewhere in the turn of laws and supports, so that few twins of each have all of them.
+        // Conditions begin elsewhere in the turn of laws and supports, so that few synthetic records of each have all of them.
         let turn = number + condition.stream() % 8;
         let linear = turn.is_multiple_of(2);
         let mut support = SUPPORTS[((turn / 2) % 4) as usize];

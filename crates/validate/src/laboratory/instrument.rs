@@ -33,7 +33,7 @@ pub struct Laboratory {
     pub horn_drift: f64,
     /// Cutoff of the AC coupling of both, Hz.
     pub coupling_hz: Option<f64>,
-    /// −6 dB bandwidth (Hz) of the decoder of both, and its delay (s) beside that of its filter; stated.
+    /// −6 dB bandwidth (Hz) of the vibrometer of both, and its delay (s) beside that of its filter; stated.
     pub decoder: Option<[f64; 2]>,
     /// How much faster the vibrometer's clock runs, 1e-6.
     pub clock_ppm: f64,

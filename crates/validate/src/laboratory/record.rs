@@ -1,7 +1,7 @@
 //! From a truth to two files: the bench is simulated under its analytic drive, and what it does passes through the laboratory.
 //!
 //! ```text
-//! drive, bench ─ mean of shots ─ drop-outs ─ decoder ─ crosstalk ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
+//! drive, bench ─ mean of shots ─ drop-outs ─ vibrometer ─ crosstalk ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
 //! ```
 
 use std::fmt::Write;
@@ -401,7 +401,7 @@ fn pink(count: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
     values
 }
 
-/// A causal low-pass, −6 dB at `bandwidth` of a Bessel filter, −3 dB of a Butterworth one; its delay at zero frequency is removed, as decoders do.
+/// A causal low-pass, −6 dB at `bandwidth` of a Bessel filter, −3 dB of a Butterworth one; its delay at zero frequency is removed, as vibrometers do.
 fn causal(series: &Series, shape: CausalFilter, bandwidth: f64) -> Series {
     let CausalFilter::Butterworth(order) = shape else {
         let mut passed = decoded(series, bandwidth, 0.0);
@@ -477,12 +477,12 @@ fn bessel_half() -> f64 {
     0.5 * (low + high)
 }
 
-/// Delay at low frequency of the decoder's filter, s.
+/// Delay at low frequency of the vibrometer's filter, s.
 fn bessel_delay(bandwidth: f64) -> f64 {
     bessel_half() / (std::f64::consts::TAU * bandwidth)
 }
 
-/// What a decoder shows: a causal Bessel filter of fourth order, −6 dB at `bandwidth` (Hz), `delay` (s) later.
+/// What a vibrometer shows: a causal Bessel filter of fourth order, −6 dB at `bandwidth` (Hz), `delay` (s) later.
 fn decoded(series: &Series, bandwidth: f64, delay: f64) -> Series {
     let scale = 1.0 / bessel_delay(bandwidth);
     let mut values = series.values.clone();

@@ -229,7 +229,7 @@ pub(super) fn rigid(outcome: &PaperOutcome) -> String {
     )
 }
 
-/// What nobody outside the authors’ laboratory knows.
+/// Unknowns outside the authors’ laboratory.
 pub(super) fn unknown(plan: &PaperPlan) -> Vec<String> {
     vec![
         "The horn-tip record is not published. Its stand-in is a 40-cycle sine that rings up with τ = 100 µs; length and shape of the burst are \

@@ -204,7 +204,7 @@ impl Place {
         if case.name == CALIBRATE.name { Self::with_bench() } else { Self::new() }
     }
 
-    /// The same files anew.
+    /// The same files again.
     pub fn copy(&self) -> Self {
         let copy = Self::new();
         copy_below(&self.root(), &copy.root());
