@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn drives_spread_evenly_and_twelve_combinations_are_told_apart() {
+    fn drives_spread_evenly_and_twelve_combinations_differ() {
         assert_eq!([spread(0, 5), spread(2, 5), spread(4, 5)], [0.98, 1.0, 1.02]);
         let all = combinations();
         assert_eq!(all.len(), 12);

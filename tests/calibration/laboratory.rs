@@ -143,7 +143,7 @@ fn stopping_leaves_no_result() {
 }
 
 #[test]
-fn a_record_triggered_late_is_told_wherever_it_begins() {
+fn a_record_triggered_late_is_reported_wherever_it_begins() {
     let folder = tempfile::tempdir().unwrap();
     let twin = Path::new(PROJECT).join("measurements/twin-annulus");
     let text = fs::read_to_string(twin.join("vib.csv")).unwrap();

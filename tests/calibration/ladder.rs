@@ -31,9 +31,10 @@ const SEED: u64 = 5;
 
 /// Two beads on the annulus under a short burst: a run costs a hundredth of a second on the reduced model.
 fn bench(model: &[&str]) -> Scene {
-    let told = ["chain.beads=2", "drive.cycles=20", "duration=420us", "damping.kind=linear", "damping.coefficient=0.4"];
-    let told: Vec<String> = told.iter().chain(model).map(|text| (*text).to_owned()).collect();
-    scene::load("annulus", &told).unwrap()
+    let overrides =
+        ["chain.beads=2", "drive.cycles=20", "duration=420us", "damping.kind=linear", "damping.coefficient=0.4"];
+    let overrides: Vec<String> = overrides.iter().chain(model).map(|text| (*text).to_owned()).collect();
+    scene::load("annulus", &overrides).unwrap()
 }
 
 fn bodies(scene: &Scene) -> Arc<Prepared> {

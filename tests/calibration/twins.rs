@@ -16,7 +16,7 @@ fn study(plan: &TwinPlan) -> Vec<granchain::validate::twins::TwinOutcome> {
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
-fn ninety_per_cent_intervals_hold_the_truth_of_twenty_twins() {
+fn ninety_per_cent_intervals_cover_the_truth_of_twenty_records() {
     let proof = proof(&study(&TwinPlan { count: 20, ..TwinPlan::default() }));
     assert_eq!(proof.without_fit, 0);
     for (parameter, widest) in proof.parameters.iter().zip([0.10, 0.23]) {
@@ -68,7 +68,7 @@ fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_c
 }
 
 #[test]
-fn the_shipped_twin_is_found_again() {
+fn the_shipped_synthetic_record_is_recovered() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("twin");
     Command::cargo_bin("calibrate")

@@ -71,7 +71,7 @@ fn largest(trace: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_piston_is_heard_on_the_axis_as_in_closed_form() {
+fn the_pressure_of_a_piston_on_the_axis_is_that_of_the_closed_form() {
     let Water { density, sound_speed } = Water::fresh();
     let piston = BaffledPiston { radius: RADIUS, density, sound_speed };
     for (name, velocity, duration) in [("burst", burst as fn(f64) -> f64, 80e-6), ("ramp", ramp, 8e-6)] {

@@ -210,7 +210,7 @@ fn the_map_of_a_pushed_disc_is_the_same_by_integral_and_by_elements() {
 }
 
 #[test]
-fn a_map_is_what_is_heard_at_its_points_and_the_face_moves_with_it() {
+fn a_map_is_the_pressure_at_its_points_and_the_face_moves_with_it() {
     let (step, patch, water) = (25e-9, 60e-6, Water::fresh());
     let modes = disc(Rim::Supported).basis(4, patch).unwrap();
     let radiator = Radiator::of_modes(A, &modes.back);

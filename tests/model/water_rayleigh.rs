@@ -63,7 +63,7 @@ fn worst(found: &[f64], exact: impl Fn(usize) -> f64) -> f64 {
 }
 
 #[test]
-fn a_piston_is_heard_on_the_axis_as_in_closed_form() {
+fn the_pressure_of_a_piston_on_the_axis_is_that_of_the_closed_form() {
     for z in [0.0, 0.3e-3, 1e-3, 5e-3] {
         for (name, velocity, duration) in [("burst", burst as fn(f64) -> f64, 80e-6), ("ramp", ramp, 8e-6)] {
             let error = |step: f64| {
@@ -88,7 +88,7 @@ fn a_piston_is_heard_on_the_axis_as_in_closed_form() {
 }
 
 #[test]
-fn straight_velocities_are_heard_exactly() {
+fn straight_velocities_give_the_exact_pressure() {
     // A velocity that grows from instant 3 on by 1 m/s a microsecond: no error but that of the quadrature.
     let (z, step) = (0.77e-3, 40e-9);
     let velocity = |t: f64| 1e6 * (t - 3.0 * step).max(0.0);

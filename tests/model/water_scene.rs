@@ -46,7 +46,7 @@ fn band(values: &[f64], step: f64, from: f64, to: f64) -> f64 {
 }
 
 #[test]
-fn the_scene_of_the_paper_runs_and_its_books_balance() {
+fn the_scene_of_the_paper_runs_and_its_energy_balance_closes() {
     for placement in ["all", "beads"] {
         for rim in ["clamped", "supported", "free"] {
             let scene = scene(&[&format!("damping.at={placement}"), &format!("disc.rim={rim}")]);

@@ -67,7 +67,7 @@ fn a_vibrometer_record_is_described() {
 }
 
 #[test]
-fn a_horn_tip_record_is_told_from_its_name() {
+fn a_horn_tip_record_is_recognised_by_its_name() {
     let record = json(&["measurements/annulus-73khz/horn_tip.csv"]);
     assert_eq!(record["kind"], "horn-tip");
     assert_eq!(record["unit"], "m");

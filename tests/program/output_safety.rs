@@ -32,10 +32,10 @@ fn done(output: &Output) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-fn refused(output: &Output, told: &[&str]) {
+fn refused(output: &Output, phrases: &[&str]) {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(told.iter().all(|expected| said.contains(expected)), "{told:?}: {said}");
+    assert!(phrases.iter().all(|expected| said.contains(expected)), "{phrases:?}: {said}");
 }
 
 /// Every file below a folder, but for locks.

@@ -75,7 +75,7 @@ fn a_bead_that_the_disc_left_behind_is_measured_over_the_whole_record() {
 }
 
 #[test]
-fn a_sweep_has_columns_of_what_was_heard_and_others_have_none() {
+fn a_sweep_with_water_has_columns_of_pressure_and_others_have_none() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = |scene: &str, out: &str, more: &[&str]| {
         let base = ["sweep", "--scene", scene, "--vary", "alpha=0.2,0.4", "--out", out, "--quiet"];

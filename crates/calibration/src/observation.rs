@@ -458,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_beyond_a_stated_band_is_told_by_the_quiet_samples() {
+    fn noise_beyond_a_stated_band_follows_from_the_quiet_samples() {
         let cutoff = 1.25e6;
         let density = |recording: &Recording, shaped: bool| {
             let mut filtered = LowPass::new(1e-7, 8000, cutoff).apply(&recording.signal.values);

@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_motion_under_noise_stirs_and_a_hum_or_a_decoder_does_not() {
+    fn a_small_motion_under_noise_stirs_and_a_hum_or_a_vibrometer_filter_does_not() {
         let period = 1.0 / (73e3 * 2e-7);
         let samples = |seed: u64, made: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let mut random = seed;

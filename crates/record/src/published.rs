@@ -472,7 +472,7 @@ case.linear = false
     }
 
     #[test]
-    fn mistakes_are_told_with_their_line() {
+    fn errors_name_their_line() {
         let head = "drive_frequency = \"73 kHz\"\n[[feature]]\n";
         for (text, expected) in [
             (

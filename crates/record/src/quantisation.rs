@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn converters_of_8_to_12_bits_are_told_whatever_the_decimals() {
+    fn converters_of_8_to_12_bits_are_recognised_whatever_the_decimals() {
         for bits in [8, 10, 12] {
             let step = 2.5 / f64::from(1u32 << bits);
             for decimal in [1e-4, 1e-6, 1e-15] {
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_cycle_that_leaves_codes_out_is_told_too() {
+    fn a_single_cycle_that_leaves_codes_out_is_recognised_too() {
         let step = 2.5 / 256.0;
         let written: Vec<f64> = (0..400).map(|i| rounded((0.09 * f64::from(i)).sin(), step)).collect();
         assert!((quantisation_step(&written).unwrap() / step - 1.0).abs() < 1e-6);

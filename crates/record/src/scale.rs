@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn decoders_and_hydrophones_are_understood() {
+    fn vibrometers_and_hydrophones_are_understood() {
         for (text, per_volt, motion) in [
             ("100 mm/s/V", 0.1, Dimension::VELOCITY),
             ("100 (mm/s)/V", 0.1, Dimension::VELOCITY),

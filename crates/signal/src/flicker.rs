@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn white_and_flicker_noise_are_told_apart_with_their_strengths() {
+    fn white_and_flicker_noise_are_separated_with_their_strengths() {
         let (step, mut seed) = (1e-7, 11);
         let mut found = Vec::new();
         for _ in 0..40 {

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn books_that_add_up_leave_no_residual_and_others_show_it_over_the_largest_energy() {
+    fn a_closed_energy_balance_has_no_residual_and_others_show_it_over_the_largest_energy() {
         let mut ledger = Ledger::new(1.0, SolverWork::default());
         ledger.begin((1.0, 2.0));
         ledger.step(5.0, 0.5, 0.0);

@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_truncated_and_foreign_files_are_made_anew() {
+    fn broken_truncated_and_foreign_files_are_made_again() {
         let place = tempfile::tempdir().unwrap();
         let cache = Cache::new(place.path());
         let (made, _) = cache.reduction(&scene(&[])).unwrap();
@@ -340,7 +340,7 @@ mod tests {
     type Forgery = (&'static str, fn(&mut Reduction));
 
     #[test]
-    fn a_forged_file_with_the_right_digest_is_made_anew() {
+    fn a_forged_file_with_the_right_digest_is_made_again() {
         let place = tempfile::tempdir().unwrap();
         let cache = Cache::new(place.path());
         for support in ["annulus", "rigid"] {

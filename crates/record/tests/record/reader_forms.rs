@@ -126,7 +126,7 @@ fn sign_baseline_delay_and_trigger_are_undone() {
 }
 
 #[test]
-fn noise_is_told_from_the_pretrigger() {
+fn noise_is_estimated_from_the_pretrigger() {
     let rows: Vec<_> = motion()
         .iter()
         .enumerate()

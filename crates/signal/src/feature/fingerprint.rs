@@ -480,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn the_harmonics_of_a_pressure_are_told_apart_up_to_1_mhz() {
+    fn the_harmonics_of_a_pressure_are_separated_up_to_1_mhz() {
         // n-th harmonic of amplitude 100/n Pa, n up to 14, under a drive of 73 kHz.
         let step = 1.0 / SAMPLES_PER_CYCLE as f64;
         let value = |i: usize| {

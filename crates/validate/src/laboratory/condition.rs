@@ -566,7 +566,7 @@ mod tests {
     }
 
     #[test]
-    fn a_twin_is_drawn_alike_whatever_is_drawn_beside_it() {
+    fn a_synthetic_record_does_not_depend_on_what_is_drawn_beside_it() {
         let once = Setting::draw(Pretrigger, 3, 7).0;
         assert_eq!(once, Setting::draw(Pretrigger, 3, 7).0);
         assert_ne!(once.values, Setting::draw(Pretrigger, 5, 7).0.values);
@@ -575,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_twins_of_a_condition_have_both_laws_on_every_support() {
+    fn eight_records_of_a_condition_have_both_laws_on_every_support() {
         for condition in
             Condition::all().into_iter().filter(|condition| ![SofterSupport, Aluminium, EndFaces].contains(condition))
         {

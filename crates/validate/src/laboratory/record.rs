@@ -506,7 +506,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_decoder_halves_its_bandwidth_and_delays_as_it_says() {
+    fn a_vibrometer_filter_halves_at_its_bandwidth_and_delays_as_stated() {
         let step = 1.0 / (73e3 * FINE as f64);
         for (frequency, expected) in [(20e3, 1.0), (0.8e6, 0.5)] {
             let omega = std::f64::consts::TAU * frequency;
@@ -556,7 +556,7 @@ mod tests {
     }
 
     #[test]
-    fn periods_are_told_by_what_returns() {
+    fn periods_are_found_by_what_returns() {
         let motion = |subharmonic: f64, share: f64| -> Vec<f64> {
             let phase = |index: usize| std::f64::consts::TAU * index as f64 / FINE as f64;
             (0..40 * FINE).map(|i| phase(i).sin() + share * (subharmonic * phase(i)).sin()).collect()
