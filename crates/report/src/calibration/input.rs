@@ -41,7 +41,7 @@ pub struct RecordReport {
     pub label: String,
     /// The file, such as `measurements/annulus-73khz/vib.csv`.
     pub title: String,
-    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` or `twin` where it is
+    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` or `synthetic` if it is
     /// no measurement.
     pub record_label: String,
     /// What a reader must know of the record's origin; shown before any result. Empty for a plain measurement.
