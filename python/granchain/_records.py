@@ -307,7 +307,7 @@ def read(path: StrPath, *, kind: Kind | None = None, **reading: Unpack[ReadingOp
     path
         The file.
     kind
-        What was recorded where [default: from the file's name and units].
+        Kind of record [default: from the file's name and units].
     **reading
         What the file does not say: see :class:`ReadingOptions`. A plain number is SI, a text carries its unit.
 

@@ -54,7 +54,7 @@ pub struct Session {
     /// Seed of everything drawn at random [default: 1]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub seed: Option<u64>,
-    /// Run what is estimated to take too much work or memory
+    /// Run even if the estimate of work or memory is too large
     #[arg(long, global = true, help_heading = "Session")]
     pub no_limits: bool,
 }

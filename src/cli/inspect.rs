@@ -29,7 +29,7 @@ pub struct Arguments {
     /// A record (CSV or another export), a TOML file of published features, or a folder: a line for each of its files
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// What was recorded where [default: from the file's name and units]
+    /// Kind of record [default: from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]

@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Folder that `granchain calibrate` wrote
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Folder with the record and the other inputs, under any names: they are known by their digests [default: where they were]
+    /// Folder with the record and the other inputs, under any names, identified by their digests [default: their original place]
     #[arg(long, value_name = "DIR")]
     pub inputs: Option<PathBuf>,
     #[command(flatten)]
