@@ -62,7 +62,7 @@ fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_c
         // With a true coverage of 0.9, fewer than 4 of 6 happen in 1.6 per cent of all seeds.
         assert!(of(name, "all").covered >= 4, "{:?}", of(name, "all"));
     }
-    // The first shot is the synthetic record of a single level, and its fit the same.
+    // The first record is that of the single-level study, and its fit the same.
     let alone = study(&TwinPlan { count: 1, ..plan });
     assert_eq!(alone[0].fit, outcomes[0].single[0]);
 }

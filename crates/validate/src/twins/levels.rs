@@ -20,7 +20,7 @@ use granchain_signal::feature::Measurand;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelOutcome {
     pub index: u64,
-    /// What each shot was made with, level by level; empty when one could not be made.
+    /// Truth of each record, level by level; empty if one could not be made.
     pub shots: Vec<Truth>,
     /// The fit of each level by itself, with as many runs as the joint one has points.
     pub single: Vec<Result<TwinFit, String>>,
