@@ -2,7 +2,7 @@
 //!
 //! Same work: the rigid scene (six steel beads between rigid flats, five cycles of 73 kHz, 1 µm, 120 µs), displacement and velocity of every
 //! bead on a grid of 0.1 µs, one thread, in the same run of this program. The peer is `benches/peers/lsoda_chain.py` (odeint, rtol 1e-8,
-//! right-hand side compiled by numba); ours also yields the contact forces and the energy ledger. Ours runs at the loosest of several
+//! right-hand side compiled by numba); ours also yields the contact forces and the energy balance. Ours runs at the loosest of several
 //! tolerances whose measured error, the largest of any bead's velocity over the peak, is not above the peer's own.
 //!
 //! Beside it a run of eight side by side at the longest fixed step whose error, of the last bead's velocity, is not above the peer's; these yield that

@@ -1,6 +1,6 @@
 //! How do I fit one α and one damping coefficient to records at several drive levels, and see what each of them adds?
 //!
-//! Three shipped twins of one bench at the full drive level, half of it and a quarter (α = 0.8, c = 0.25 N·s/m, `measurements/twin-levels`).
+//! Three shipped synthetic records of one bench at the full drive level, half of it and a quarter (α = 0.8, c = 0.25 N·s/m, `measurements/twin-levels`).
 //!
 //! `cargo run --release --example calibrate_joint`
 

@@ -1,6 +1,6 @@
 //! How do I fit the reduced model to my record from a program, and see what it changes against the chain alone?
 //!
-//! The chain searches, the reduced model answers: both fits come out, and the numbers of `calibration.json`. The record is the shipped twin of
+//! The chain searches, the reduced model answers: both fits come out, and the numbers of `calibration.json`. The record is the shipped synthetic record of
 //! known truth (α = 0.7, c = 0.6 N·s/m), made by the chain, so the reduced model, on a coarse mesh here, need not agree with it.
 //!
 //! `cargo run --release --example calibrate_ladder`

@@ -1,6 +1,6 @@
 //! How is my disc held? Three mounts compete for one hydrophone's record.
 //!
-//! The record is the shipped twin of a supported disc (α = 0.45, c = 0.4 N·s/m, `measurements/twin-water`), read here by the program itself, as
+//! The record is the shipped synthetic record of a supported disc (α = 0.45, c = 0.4 N·s/m, `measurements/twin-water`), read here by the program itself, as
 //! one would read a record that does not come from a file.
 //!
 //! `cargo run --release --example calibrate_mounts`

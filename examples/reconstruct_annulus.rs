@@ -36,7 +36,7 @@ const SAMPLES: usize = 4500;
 /// Invented: noise of the horn channel (rms) and its resolution, µm.
 const HORN_NOISE_UM: f64 = 0.5e-3;
 const HORN_RESOLUTION_UM: f64 = 0.5e-3;
-/// Invented: noise of the velocity decoder (rms), its resolution, mm/s; its bandwidth, Hz; its delay, s.
+/// Invented: noise of the velocity vibrometer (rms), its resolution, mm/s; its bandwidth, Hz; its delay, s.
 const POLE_NOISE_MM_PER_S: f64 = 1.0;
 const POLE_RESOLUTION_MM_PER_S: f64 = 0.25;
 const BANDWIDTH: f64 = 1.5e6;
@@ -216,7 +216,7 @@ fn without_mean_motion(velocity: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// White noise through the decoder's bandwidth, of the given rms.
+/// White noise through the vibrometer's bandwidth, of the given rms.
 fn band_limited(white: &[f64], rms: f64) -> Vec<f64> {
     // A sinc under a Hann window, written out so that the bytes do not depend on any other part of the program.
     let half = 40i32;

@@ -1,7 +1,7 @@
 //! What does the chain do when my horn-tip record drives it, and what would my vibrometer have shown?
 //!
 //! The library's pipeline without the command line: read a horn-tip record, let it drive the annulus scene, pass the pole
-//! velocity through the laboratory's own decoder and sample instants, and measure record and simulation with the same
+//! velocity through the laboratory's own vibrometer and sample instants, and measure record and simulation with the same
 //! functions over the same window.
 //!
 //! ```text
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let response = model::run(&scene, &mut |_| true)?;
     println!("{} steps, {} contact events", response.work.steps, response.work.events);
 
-    // 4. As the laboratory would have seen it: its bandwidth, its instants (the reader has taken out the decoder's delay).
+    // 4. As the laboratory would have seen it: its bandwidth, its instants (the reader has taken out the vibrometer's delay).
     // The model's time 0 is `origin` on the records' axis.
     let conditioning = Conditioning { bandwidth: seen.bandwidth, delay: origin, ..Conditioning::onto(&seen.series) };
     let simulated = conditioning.apply(&response.pole_velocity);

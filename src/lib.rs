@@ -42,7 +42,7 @@
 //! | | [`feature`] | numbers worth comparing, of record and simulation alike: peaks, lines, distortion, similarity |
 //! | [`granchain_record`] | (root) | the one reader of laboratory files; published numbers; seals of kept files |
 //! | [`granchain_model`] | [`scene`] | what stands on the bench and how it is driven: TOML files, keys, effects |
-//! | | [`response`] | what a run produced: traces, contact forces, energy ledger, work counts |
+//! | | [`response`] | what a run produced: traces, contact forces, energy balance, work counts |
 //! | | [`model::contact_law`] | elastic law F(δ) and dashpots of a contact |
 //! | | [`model::chain`] | the discrete chain: adaptive, fixed-step, and eight runs at once |
 //! | | [`model::fea`] | axisymmetric bodies in quadratic elements with contact by Lagrange multipliers |
@@ -98,7 +98,7 @@
 //! | c; γ | `coefficients[DampingTerm::Linear]`; `[DampingTerm::KuwabaraKono]` | N·s/m; N·s·m^(-3/2) | speed of sound |
 //! | f0 | `drive_frequency` | Hz | a resonance |
 //! | A(f0/3)/A(f0) | line ratio, of amplitudes | 1 | its square, dB |
-//! | τ | `ring_up` of a tone burst | s | delay of the decoder |
+//! | τ | `ring_up` of a tone burst | s | delay of the vibrometer |
 //! | κ | speed factor of a solitary wave | 1 | |
 //! | SL(x) | synthetic log-likelihood at the parameters x | 1 | misfit |
 //! | scatter | standard deviation under what the laboratory cannot control | of its feature | sensitivity: change for +1 % drive |

@@ -49,7 +49,7 @@ fn the_reduced_model() {
     compare("annulus", &[&["model.kind=reduced", "model.mesh_density=6"], EFFECTS].concat(), 30e-6);
 }
 
-/// A horn that gives way, a holder that drags and rubs, material that loses and relaxes.
+/// A compliant horn, a bead guide that drags and rubs, material that loses and relaxes.
 const EFFECTS: &[&str] = &[
     "horn.mass=1 g",
     "holder.drag=0.01 N s/m",

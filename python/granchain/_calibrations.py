@@ -357,7 +357,7 @@ def calibrate(
     plan
         Fit definition (TOML); keywords win over it.
     quantity
-        What was recorded [default: velocity].
+        Recorded quantity [default: velocity].
     fit
         Names of the parameters to fit [default: alpha and damping].
     bounds

@@ -31,15 +31,15 @@ class SampleOptions(TypedDict, total=False):
     invert: bool
     """Turn the sign: positive must be from piston to support."""
     bandwidth: Quantity
-    """−6 dB bandwidth of the decoder, Hz."""
+    """−6 dB bandwidth of the vibrometer, Hz."""
     delay: Quantity
-    """Delay of the decoder, s: the record shows the motion that much later."""
+    """Group delay of the vibrometer, s: the record lags the motion by it."""
     trigger: Quantity
     """Instant of the trigger on the file's time axis, s; it becomes t = 0."""
     scale: str
     """Sensitivity, for a column in volts: ``"125 mm/s/V"``, ``"2 um/V"``, ``"250 nV/Pa"``."""
     range: str
-    """Full-scale value of decoder or hydrophone, such as ``"1 m/s"``."""
+    """Full-scale value of vibrometer or hydrophone, such as ``"1 m/s"``."""
     resample: bool
     """Interpolate uneven samples onto an even grid."""
     drive_frequency: Quantity

@@ -186,7 +186,7 @@ class Record:
 
     @property
     def bandwidth(self) -> float | None:
-        """−6 dB bandwidth of the decoder, Hz, where stated."""
+        """−6 dB bandwidth of the vibrometer, Hz, where stated."""
         found = self._about["bandwidth"]
         return None if found is None else float(found)
 
@@ -307,7 +307,7 @@ def read(path: StrPath, *, kind: Kind | None = None, **reading: Unpack[ReadingOp
     path
         The file.
     kind
-        What was recorded where [default: told from the file's name and units].
+        Kind of record [default: from the file's name and units].
     **reading
         What the file does not say: see :class:`ReadingOptions`. A plain number is SI, a text carries its unit.
 

@@ -112,7 +112,7 @@ def test_a_keyword_that_is_of_no_use_is_refused_by_its_name(twin: Path) -> None:
         granchain.calibrate("nowhere.csv")
 
 
-def test_progress_is_told_and_stops_the_fit(twin: Path) -> None:
+def test_progress_is_reported_and_stops_the_fit(twin: Path) -> None:
     told: list[tuple[int, int]] = []
 
     def progress(done: int, everything: int) -> None:

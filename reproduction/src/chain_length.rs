@@ -12,7 +12,6 @@ use granchain_signal::feature::Ratio;
 /// Numbers of beads: those of the companion experiment.
 pub const BEADS: std::ops::RangeInclusive<usize> = 2..=10;
 
-/// Subharmonics looked for.
 pub const SUBHARMONICS: [Ratio; 3] = [Ratio::new(1, 2), Ratio::new(1, 3), Ratio::new(1, 4)];
 
 /// One law over the number of beads.

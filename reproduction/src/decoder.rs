@@ -1,6 +1,6 @@
-//! The decoder of a vibrometer, through which simulated velocities pass before they are measured: its bandwidth and its noise.
+//! Vibrometer filter for simulated velocities: its bandwidth and its noise.
 //!
-//! Bodies of the finer models ring at 2.6 MHz and above, far beyond what a decoder passes; without it their peaks would be the ringing's.
+//! Bodies of the finer models ring at 2.6 MHz and above, far beyond what a vibrometer passes; without it their peaks would be the ringing's.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -14,10 +14,8 @@ pub trait Divided: Sync {
     /// What all of them say.
     type Outcome;
 
-    /// Their number.
     fn points(&self) -> usize;
 
-    /// Runs of a point.
     fn runs_of(&self, point: usize) -> usize;
 
     /// Points that are shown and timed together, in order: their name and number.
@@ -37,7 +35,6 @@ pub trait Divided: Sync {
     /// Too few of the runs were left; a run that is drawn failed.
     fn outcome(&self, points: Vec<Self::Point>) -> Result<Self::Outcome, StudyError>;
 
-    /// Runs in all.
     fn runs(&self) -> usize {
         (0..self.points()).map(|point| self.runs_of(point)).sum()
     }

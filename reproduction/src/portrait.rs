@@ -39,9 +39,7 @@ pub const LINES: [Ratio; 9] = [
 /// One number of a portrait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trait {
-    /// Positive peak, m/s.
     PositivePeak,
-    /// Negative peak, m/s.
     NegativePeak,
     /// Larger of both peaks over the rms, 1.
     Crest,
@@ -161,7 +159,6 @@ impl PortraitMoments {
         Self::over(&runs.iter().flatten().collect::<Vec<_>>())
     }
 
-    /// One of its numbers.
     #[must_use]
     pub fn get(&self, what: Trait) -> Option<Moments> {
         self.0.get(what.index()?).copied().flatten()

@@ -1,4 +1,4 @@
-//! Perturbed runs of one scene at several levels of its drive, as a decoder sees them.
+//! Perturbed runs of one scene at several levels of its drive, as a vibrometer sees them.
 
 use crate::{
     decoder::Decoder,
@@ -23,7 +23,7 @@ pub struct Seen<'a> {
     pub decoder: Decoder,
     /// How velocities without noise are measured.
     pub settings: &'a FeatureSettings,
-    /// Every so many of the samples behind the decoder are measured: measuring all of them costs more than the run.
+    /// Every so many of the samples behind the vibrometer are measured: measuring all of them costs more than the run.
     pub every: usize,
 }
 

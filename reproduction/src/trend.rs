@@ -27,7 +27,6 @@ use granchain_signal::{
 
 /// Highest frequency of the spectra, in drive frequencies.
 pub const SPECTRUM_SPAN: f64 = 3.25;
-/// Points of the spectra.
 pub const SPECTRUM_POINTS: usize = 260;
 
 /// How much is run at each value.
@@ -41,7 +40,6 @@ pub struct TrendPlan {
 /// A value of the varied quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// The value, SI.
     pub value: f64,
     /// The overrides that set it.
     pub overrides: Vec<String>,
@@ -50,7 +48,6 @@ pub struct Setting {
 /// What came of a value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrendPoint {
-    /// The value, SI.
     pub value: f64,
     /// Mean and scatter over the perturbed runs.
     pub moments: PortraitMoments,
@@ -101,19 +98,16 @@ impl<V: Varied> Study<V> {
         Ok(Self { plan, overrides, scene, settings: V::settings(), bodies, varied: PhantomData })
     }
 
-    /// What is run.
     #[must_use]
     pub fn plan(&self) -> &TrendPlan {
         &self.plan
     }
 
-    /// Its bodies.
     #[must_use]
     pub fn bodies(&self) -> &Bodies {
         &self.bodies
     }
 
-    /// The first law's scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene

@@ -29,20 +29,16 @@ use granchain_signal::{
     },
 };
 
-/// Printed peak pressure, Pa.
 pub const PRINTED_PRESSURE: f64 = 14e3;
 /// Printed level around 0.95 MHz, dB re the fundamental.
 pub const PRINTED_LEVEL_DB: f64 = -21.0;
-/// Printed drive, m.
 pub const PRINTED_DRIVE: f64 = 3.96e-6;
 /// Half the relative spread of the drive over the runs of one cell.
 pub const DRIVE_SPREAD: f64 = 0.02;
 /// How far a level may lie from the printed one and still count as it, dB: a reader's error on a printed spectrum.
 pub const LEVEL_TOLERANCE_DB: f64 = 3.0;
 
-/// Mounts, as in `disc.rim`.
 pub const RIMS: [&str; 3] = ["clamped", "supported", "free"];
-/// Baffles, as in `water.baffle`.
 pub const BAFFLES: [&str; 2] = ["rigid", "soft"];
 /// Places of the dampers, as in `damping.at`.
 pub const PLACEMENTS: [&str; 2] = ["all", "beads"];
@@ -54,10 +50,8 @@ pub const TIP_QUALITIES: [f64; 2] = [50.0, 500.0];
 /// Masses from the largest to the least, evenly in the logarithm.
 const TIP_MASSES: usize = 5;
 
-/// How much is run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WaterPlan {
-    /// Drives, m, ascending.
     pub drives_m: Vec<f64>,
     /// Runs at each drive over ±2 %, ≥ 3.
     pub members: usize,
@@ -82,11 +76,8 @@ impl WaterPlan {
 /// A way to read what the paper leaves open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Combination {
-    /// Of [`RIMS`].
     pub rim: &'static str,
-    /// Of [`BAFFLES`].
     pub baffle: &'static str,
-    /// Of [`PLACEMENTS`].
     pub placement: &'static str,
 }
 
@@ -159,18 +150,15 @@ fn crossing(cells: &[Cell]) -> Option<Crossing> {
     })
 }
 
-/// A run drawn whole.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Waveform {
     pub combination: Combination,
-    /// Drive, m.
     pub drive_m: f64,
     /// Displacement of the piston, m, and its spectrum in the window of the pressure's.
     pub piston: Series,
     pub piston_spectrum: AmplitudeSpectrum,
     /// Velocity of the last bead's far pole, m/s.
     pub velocity: Series,
-    /// Pressure, Pa.
     pub pressure: Series,
     pub pressure_spectrum: AmplitudeSpectrum,
     /// What is measured on the pressure.
@@ -208,7 +196,6 @@ fn aluminium() -> [String; 1] {
     ["chain.material=aluminium".to_owned()]
 }
 
-/// The study.
 #[derive(Debug)]
 pub struct Study {
     plan: WaterPlan,
@@ -233,7 +220,6 @@ impl Study {
         Ok(Self { plan, overrides: overrides.to_vec(), scene, bodies })
     }
 
-    /// What is run.
     #[must_use]
     pub fn plan(&self) -> &WaterPlan {
         &self.plan
@@ -260,7 +246,7 @@ impl Study {
         (0..TIP_MASSES).flat_map(|step| TIP_QUALITIES.map(|quality| (mass(step), quality))).collect()
     }
 
-    /// The printed drive as the free motion of a tip that gives way; what cannot be run says why.
+    /// The printed drive as the free motion of a compliant tip; what cannot be run says why.
     fn tip(&self, (mass_kg, quality): (f64, f64), watch: &dyn Watch) -> Result<Vec<Cell>, StudyError> {
         let horn = [format!("horn.mass={mass_kg:e}"), format!("horn.quality={quality}")];
         match self.cells(OWN, &[PRINTED_DRIVE], &horn, watch) {
@@ -514,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn drives_spread_evenly_and_twelve_combinations_are_told_apart() {
+    fn drives_spread_evenly_and_twelve_combinations_differ() {
         assert_eq!([spread(0, 5), spread(2, 5), spread(4, 5)], [0.98, 1.0, 1.02]);
         let all = combinations();
         assert_eq!(all.len(), 12);

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Override one key of the scene, only with --full: a plain number is SI, else with its unit; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "full", help_heading = "Scene")]
     pub set: Vec<String>,
-    /// Compute the references anew and measure the dearest settings too
+    /// Compute the references again and measure the dearest settings too
     #[arg(long, help_heading = "Study")]
     pub full: bool,
     /// Run nothing: draw what is stored, with the times of the machine that measured it

@@ -30,10 +30,10 @@ const FEWEST_MOST_THREADS: usize = 64;
 /// What is assumed of every record that does not state otherwise, as its reader says it and in short.
 const USUAL: [(&str, &str); 5] = [
     ("t = 0 of the file's own time axis is the trigger", "t = 0 is the trigger"),
-    ("decoder delay: none stated", "no delay"),
-    ("decoder bandwidth: none stated", "no limit of bandwidth"),
+    ("instrument delay: none stated", "no delay"),
+    ("instrument bandwidth: none stated", "no limit of bandwidth"),
     ("sign as in the file", "sign as in the file"),
-    ("the decoder's full-scale value is not stated", "no full scale"),
+    ("the instrument's full-scale value is not stated", "no full scale"),
 ];
 
 /// Flags of every subcommand: how much is said, on how many threads, from which seed.
@@ -54,7 +54,7 @@ pub struct Session {
     /// Seed of everything drawn at random [default: 1]
     #[arg(long, global = true, value_name = "N", help_heading = "Session")]
     pub seed: Option<u64>,
-    /// Run what is estimated to take too much work or memory
+    /// Run even if the estimate of work or memory is too large
     #[arg(long, global = true, help_heading = "Session")]
     pub no_limits: bool,
 }

@@ -59,7 +59,7 @@ pub struct Arguments {
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
     pub damping: Vec<String>,
-    /// Draw drive, record and uncalibrated response, then stop
+    /// Plot drive, record and unfitted response, then stop
     #[arg(long, help_heading = "Fit")]
     pub dry_run: bool,
     /// End with exit code 4 where the best answer is `outside scatter`
@@ -68,7 +68,7 @@ pub struct Arguments {
     /// Continue the fit that Ctrl-C or a crash left behind
     #[arg(long, help_heading = "Fit")]
     pub resume: bool,
-    /// What was recorded [default: velocity]
+    /// Recorded quantity [default: velocity]
     #[arg(long, value_enum, help_heading = "Fit")]
     pub quantity: Option<QuantityChoice>,
     /// Mounts of the disc to compare [default for a pressure: clamped,supported,free, or disc.rim where it is set]
@@ -226,7 +226,7 @@ fn ended(error: Refusal) -> anyhow::Error {
     }
 }
 
-/// Which model was taken, where nobody said, for the terminal.
+/// Which model was chosen by default, for the terminal.
 fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
     if problem.shots.len() > 1 {
         return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));

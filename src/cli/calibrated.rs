@@ -43,7 +43,6 @@ pub struct Calibrated {
     pub overrides: Vec<String>,
     /// The horn-tip record that drove it.
     pub drive: Option<CalibratedDrive>,
-    /// The model that answered.
     pub model: ModelKind,
     /// How it ended: `within scatter`, `outside scatter`, `not converged`.
     pub verdict: String,

@@ -35,7 +35,7 @@ pub struct Arguments {
     /// What to write: `.uff` or `.unv` for a universal file, `.csv` for a table; it must not exist
     #[arg(value_name = "OUT")]
     pub out: PathBuf,
-    /// What was in front of the laser [default: told from the file's name and units]
+    /// Kind of record [default: from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz, if the file does not state it

@@ -44,7 +44,7 @@ pub struct Arguments {
     /// Measurement scenarios: all, right, wrong, or names such as pretrigger,bits [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
-    /// Instead of scenarios: what is recorded on the usual benches; of a pressure every mount of the disc is fitted [default: velocity]
+    /// Instead of scenarios: recorded quantity on the usual benches; for a pressure every mount of the disc is fitted [default: velocity]
     #[arg(long, value_enum)]
     pub quantity: Option<QuantityChoice>,
     /// Instead of scenarios: records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together
@@ -144,7 +144,6 @@ pub(super) struct Study {
 }
 
 impl Study {
-    /// What flags ask for.
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
         let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, session, .. } =
             arguments;

@@ -15,7 +15,6 @@ pub struct Arguments {
     pub session: Session,
 }
 
-/// What is found.
 #[derive(Debug, Serialize)]
 struct Findings {
     version: &'static str,
@@ -45,7 +44,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let cache = session.cache().map(|cache| kept(cache.folder()));
     let mut warnings = Vec::new();
     match &cache {
-        None => warnings.push("reduced bodies are made anew by every run: no cache folder, or --cache none".to_owned()),
+        None => {
+            warnings.push("reduced bodies are made again by every run: no cache folder, or --cache none".to_owned())
+        }
         Some(kept) if !kept.writable => {
             warnings.push(format!("{}: cannot be written; name another with --cache", kept.folder));
         }

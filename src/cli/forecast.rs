@@ -21,7 +21,6 @@ pub struct Forecast {
 
 #[derive(Clone, Copy)]
 enum State {
-    /// Nobody told yet.
     New,
     /// Since when, and what was done then: a run that is taken up begins in its middle.
     Waiting(Instant, f64),

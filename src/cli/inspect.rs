@@ -29,7 +29,7 @@ pub struct Arguments {
     /// A record (CSV or another export), a TOML file of published features, or a folder: a line for each of its files
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// What was recorded where [default: told from the file's name and units]
+    /// Kind of record [default: from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]
@@ -156,7 +156,6 @@ pub fn read(file: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Res
     }
 }
 
-/// The table for people.
 struct FolderText<'a> {
     folder: &'a Path,
     rows: &'a [FileRow],
@@ -419,7 +418,6 @@ fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
     }
 }
 
-/// A statement in words.
 fn say(statement: &Statement) -> String {
     match statement {
         Statement::Value { value, uncertainty, dimension, .. } => {

@@ -9,7 +9,6 @@ use crate::{
     validate::page::accuracy::{percent, seconds, setting_of},
 };
 
-/// What was chosen.
 pub struct Choice {
     /// The overrides, below those of the caller.
     pub sets: Vec<String>,

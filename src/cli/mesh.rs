@@ -46,16 +46,13 @@ pub struct Arguments {
     pub session: Session,
 }
 
-/// One kind of body.
 #[derive(Debug, Clone, Serialize)]
 struct Kind {
     /// Which bodies, such as `beads 1 to 6`.
     bodies: String,
-    /// How many.
     count: usize,
     #[serde(flatten)]
     quality: Quality,
-    /// Mass of the mesh.
     mass_kg: f64,
     /// Mass over that of the exact shape, less 1; none where the shape is known from its mesh alone.
     mass_error: Option<f64>,
@@ -67,7 +64,6 @@ struct Summary {
     density: u32,
     elements_of_patches: &'static str,
     kinds: Vec<Kind>,
-    /// Of all bodies together.
     elements: usize,
     unknowns: usize,
 }

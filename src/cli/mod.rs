@@ -118,7 +118,7 @@ Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Begin: look at the files of a laboratory and write a fit definition for them
+    /// Start here: read the files of a laboratory and write a fit definition for them
     Start(start::Arguments),
     /// Print what is understood and assumed of a record
     Inspect(inspect::Arguments),
@@ -132,15 +132,15 @@ enum Command {
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),
-    /// Run a scene over a grid of values and compare what comes out
+    /// Run a scene over a grid of values and compare the responses
     Sweep(sweep::Arguments),
     /// Join the parts of a sweep or of coverage, run with --part K/N, to the results of the whole run
     Merge(parts::Arguments),
     /// Draw, count and write the finite element mesh of a scene
     Mesh(mesh::Arguments),
-    /// What accuracy costs: every setting of a scene's ladder with its error and its time
+    /// Print error and run time of every model and setting of a scene
     Accuracy(accuracy::Arguments),
-    /// Calibrate synthetic records of known truth and count how often the intervals hold it
+    /// Calibrate synthetic records of known truth and count how often the intervals cover it
     Coverage(coverage::Arguments),
     /// Run a calibration again from its recorded inputs and compare every number
     Verify(verify::Arguments),

@@ -79,13 +79,13 @@ pub enum OutputError {
     #[error("{}: expected a folder, found a file; name another --out", path.display())]
     NotAFolder { path: PathBuf },
     #[error(
-        "{}: an unfinished run is kept there; pass --resume to continue it, or --force to drop it and start anew",
+        "{}: an unfinished run is kept there; pass --resume to continue it, or --force to drop it and start again",
         path.display()
     )]
     Unfinished { path: PathBuf },
     #[error(
         "{}: --resume found no unfinished run there; {}start it without --resume", path.display(),
-        stands.as_ref().map(|place| format!("finished results stand in {} already; to make them anew, ", place.display())).unwrap_or_default()
+        stands.as_ref().map(|place| format!("finished results stand in {} already; to make them again, ", place.display())).unwrap_or_default()
     )]
     NothingToResume { path: PathBuf, stands: Option<PathBuf> },
     #[error(

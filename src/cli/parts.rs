@@ -41,9 +41,7 @@ const SILENT_WITH_VALUE: [&str; 4] = ["--part", "--out", "--threads", "--cache"]
 
 /// A command whose work falls into numbered points that need nothing of one another.
 pub trait Divisible {
-    /// Their number.
     fn points(&self) -> usize;
-    /// Where the results go.
     fn out(&self) -> Option<&Path>;
     /// Everything that decides what the runs are.
     fn plan(&self) -> anyhow::Result<Vec<u8>>;
@@ -80,7 +78,6 @@ pub struct NoPart {
 }
 
 impl Part {
-    /// Value parser of `--part`.
     pub fn parse(text: &str) -> Result<Self, NoPart> {
         let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         let part = numbers.map(|(number, of)| Self { number, of }).filter(|part| (1..=part.of).contains(&part.number));
@@ -114,12 +111,10 @@ struct Head {
     part: Part,
 }
 
-/// A part file, sealed.
 #[derive(Debug, Serialize, Deserialize)]
 struct PartFile {
     #[serde(flatten)]
     head: Head,
-    /// What did the arithmetic.
     processor: String,
     runs: Vec<Value>,
 }
@@ -263,7 +258,6 @@ fn refuse_devices(arguments: &[String]) -> anyhow::Result<()> {
 pub struct Parts {
     /// What all of them say; the part is that of the first.
     head: Head,
-    /// By their numbers.
     files: BTreeMap<usize, PathBuf>,
     processors: BTreeSet<String>,
 }
@@ -333,7 +327,6 @@ impl Parts {
         Ok(())
     }
 
-    /// All runs in memory.
     pub fn all<T: DeserializeOwned>(&self) -> anyhow::Result<Vec<T>> {
         let mut all = Vec::new();
         self.each(|_, run| {

@@ -18,7 +18,7 @@ impl Watch for Bar {
     }
 }
 
-/// A bar over `length` pieces of work, on standard error; invisible with `--quiet` or when nobody is watching.
+/// A bar over `length` pieces of work, on standard error; invisible with `--quiet` or when the output is not a terminal.
 pub fn bar(session: &Session, length: u64, what: &'static str) -> ProgressBar {
     styled(session, length, what, "{msg} [{bar:40}] {pos}/{len}, {eta} left")
 }

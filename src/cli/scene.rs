@@ -53,7 +53,7 @@ enum Action {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
-    /// Every key a scene file may have: what it takes, what is taken where it is not given, where it has an effect
+    /// List every key of a scene file: values, default, conditions and meaning
     Keys,
     /// Check a scene and print what follows from it
     Check {
@@ -64,14 +64,14 @@ enum Action {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
-    /// Every effect, on or off, why, and with --measure what it costs and what leaving it out would change
+    /// List every effect, on or off, and why; with --measure its cost and its influence
     Explain(explain::Arguments),
     /// Write a commented scene file to start from; never replaces a file
     Init {
         /// The file to write
         #[arg(value_name = "FILE")]
         file: PathBuf,
-        /// What holds the far end: the file describes that bench alone
+        /// Support of the last bead; the file describes that bench alone
         #[arg(long, value_enum, conflicts_with = "from")]
         bench: Option<BenchChoice>,
         /// Built-in scene it begins as
@@ -183,7 +183,6 @@ fn keys(session: &Session) -> anyhow::Result<()> {
     session.result(text, &rows)
 }
 
-/// The value in SI.
 fn json_value(value: &SettingValue) -> Value {
     match value {
         SettingValue::Quantity(quantity) => json!(quantity.value),

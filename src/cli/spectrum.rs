@@ -33,10 +33,10 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain spectrum vib.csv --drive horn_tip.csv --out spectrum")]
 pub struct Arguments {
-    /// A vibrometer or horn-tip record, or a response.csv of ours (its pole velocity)
+    /// A vibrometer or horn-tip record, or a response.csv of a replay (its pole velocity)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// What was recorded where [default: told from the file's name and units]
+    /// Kind of record [default: from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
     /// Drive frequency with its unit, such as 73kHz [default: refined from the drive record, else the file's header, else
@@ -70,15 +70,11 @@ const PISTON: &str = "piston_displacement_m";
 #[derive(Debug, Serialize)]
 pub struct Summary {
     pub file: String,
-    /// Of its bytes.
     pub sha256: String,
     /// What the record is of.
     pub quantity: &'static str,
-    /// Who says f0.
     pub drive_frequency_from: String,
-    /// Who says the window.
     pub window_from: String,
-    /// What was measured.
     #[serde(flatten)]
     pub features: Features,
     /// What was assumed on reading.

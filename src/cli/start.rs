@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels [default: asked for, on a terminal]
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
-    /// Which of the two is the horn's tip [default: told from names, units and spectra]
+    /// Which of the two is the horn's tip [default: from names, units and spectra]
     #[arg(long, value_name = "FILE")]
     pub horn: Option<PathBuf>,
     /// Built-in scene or scene file nearest to the bench [default: annulus; water for a hydrophone]
@@ -103,7 +103,6 @@ fn parsed(words: &[String], session: &Session) -> anyhow::Result<Arguments> {
 struct Files {
     bead: Record,
     horn: Option<Record>,
-    /// What told them apart.
     why: String,
 }
 
@@ -140,7 +139,7 @@ fn begin(arguments: &Arguments, words: &[String]) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Read the record to be fitted and the horn's; what both of them leave open is told at once.
+/// Read the record to be fitted and the horn's; missing metadata of both is listed at once.
 fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     let (measured, horn, why) = roles(arguments)?;
     let record = RecordPlan { measured, ..RecordPlan::default() };
@@ -178,7 +177,7 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     }
 }
 
-/// The record to be fitted, that of the horn's tip where it is another file, and what told them apart.
+/// The record to be fitted, that of the horn's tip where it is another file, and how they were distinguished.
 fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, String)> {
     let [first, second] = match &arguments.files[..] {
         [only] => return Ok((only.clone(), arguments.horn.clone(), "one file".into())),
@@ -202,7 +201,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     };
     let is_horn = records.each_ref().map(|record| record.kind == RecordKind::HornTip);
     if is_horn[0] != is_horn[1] {
-        return apart(is_horn[0], "told from names and units".into());
+        return apart(is_horn[0], "recognised by names and units".into());
     }
     // A horn moves as a sine, the last bead in impulses.
     let [one, other] = records.each_ref().map(share_of_strongest_line);
@@ -228,7 +227,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     )
 }
 
-/// What two files leave open that cannot be told apart for it: the one named like a horn's is taken for it, else the second, and that too is said.
+/// What two files leave open that cannot be distinguished for it: the one named like a horn's is taken for it, else the second, and that too is said.
 fn unidentified(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) -> anyhow::Result<Unread> {
     let horn_is_first = is_named_horn(files[0]) && !is_named_horn(files[1]);
     let (bead, horn, file) = if horn_is_first { (second, first, files[0]) } else { (first, second, files[1]) };
@@ -411,7 +410,6 @@ fn further_column(record: &Record) -> Option<&String> {
     record.columns.iter().find(|column| !column.is_empty() && !used.contains(column))
 }
 
-/// What the terminal shows.
 fn summary(
     arguments: &Arguments,
     Files { bead, horn, why }: &Files,

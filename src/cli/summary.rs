@@ -218,7 +218,6 @@ pub fn in_words(scene: &Scene) -> String {
     )
 }
 
-/// A run's short report.
 pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) -> String {
     let mut text = format!("{}: {}\n", scene.name, described(scene, &summary.settings.overrides));
     for (name, value) in facts(scene, summary) {
@@ -356,7 +355,6 @@ fn work(summary: &Summary) -> String {
     }
 }
 
-/// The drive in words.
 pub fn drive(scene: &Scene) -> String {
     let peak = engineering(scene.drive.amplitude, "m", 3);
     match &scene.drive.kind {
@@ -378,7 +376,6 @@ fn short(value: f64) -> String {
     format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
 }
 
-/// The dashpots in words.
 pub fn damping(scene: &Scene) -> String {
     let law = &scene.damping;
     let place = match law.placement {

@@ -70,19 +70,15 @@ struct Seen {
     has_water: bool,
     /// The rows of the terminal.
     first: Vec<Run>,
-    /// Those of the page.
     rows: Vec<(usize, Run)>,
     /// The figures: axis along which they run, and what they show.
     slices: Option<(usize, Vec<Slice>)>,
 }
 
-/// A finished sweep.
 pub struct SweepTable<'a> {
     /// The scene without the swept values.
     pub scene: &'a Scene,
-    /// What was swept.
     pub grid: &'a Grid,
-    /// What came of it.
     runs: &'a dyn Runs,
     /// What one pass over it showed.
     seen: Seen,
@@ -282,7 +278,6 @@ impl<'a> SweepTable<'a> {
         slices.iter().enumerate().map(figure).collect()
     }
 
-    /// What `report.html` shows.
     pub fn page(&'a self, described: &'a str, assumptions: Vec<String>) -> SweepPage<'a> {
         let (runs, failed) = self.counts();
         let swept = self.grid.axes.iter().map(|axis| {
@@ -451,7 +446,6 @@ impl<'a> SweepTable<'a> {
     }
 }
 
-/// A part of `sweep.json`.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Part<'a> {

@@ -70,7 +70,6 @@ impl Timing {
     }
 }
 
-/// Key of the digest.
 const SEAL: &str = "sha256";
 
 /// SHA-256 of a value as it is written, hexadecimal.

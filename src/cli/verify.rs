@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Folder that `granchain calibrate` wrote
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Folder with the record and the other inputs, under any names: they are known by their digests [default: where they were]
+    /// Folder with the record and the other inputs, under any names, identified by their digests [default: their original place]
     #[arg(long, value_name = "DIR")]
     pub inputs: Option<PathBuf>,
     #[command(flatten)]
@@ -70,17 +70,14 @@ struct Line {
     arguments: calibrate::Arguments,
 }
 
-/// What came of it.
 #[derive(Debug, Serialize)]
 struct Verification {
     folder: PathBuf,
-    /// Whether nothing differs.
     verified: bool,
     written_by: String,
     verified_by: String,
     /// Relative tolerance of every number.
     tolerance: f64,
-    /// Numbers compared.
     numbers: usize,
     differences: Vec<Difference>,
     /// Files of the manifest that are not in the folder.
@@ -96,13 +93,12 @@ struct Difference {
     place: String,
     /// What the calibration made again says.
     expected: String,
-    /// What stands there.
     found: String,
 }
 
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { folder, inputs, session } = arguments;
-    let folder = std::path::absolute(folder).context("the current folder cannot be told")?;
+    let folder = std::path::absolute(folder).context("the current folder is unknown")?;
     let manifest = read_manifest(&folder)?;
     let (stored, unknown) = read(&folder, &manifest)?;
     // The folder for the inputs goes when this is dropped.
@@ -154,7 +150,6 @@ fn read_manifest(folder: &Path) -> anyhow::Result<Manifest> {
         .with_context(|| format!("{}: expected a manifest; the file was altered", path.display()))
 }
 
-/// Files by their names.
 type Stored = BTreeMap<String, Vec<u8>>;
 
 /// The files of the folder that the manifest knows, and the names of the others, which are not read.

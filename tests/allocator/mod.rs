@@ -57,7 +57,7 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc_zeroed(layout) }
     }
 
-    // A vector that grows allocates anew as far as these tests are concerned.
+    // A vector that grows allocates again as far as these tests are concerned.
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         subtract(layout.size());
         add(size);

@@ -129,7 +129,7 @@ test("a calibration shows its waveform on the first screen", async () => {
   await close();
 });
 
-test("what is printed of a bench stands beside no twin, and no backtick or dots beside words", async () => {
+test("what is printed of a bench stands beside no synthetic record, and no backtick or dots beside words", async () => {
   for (const name of ["calibration", "joint", "effects"]) {
     const { page, close } = await open(browser, fresh[name]);
     const text = await page.evaluate(() => document.querySelector("main").innerText);

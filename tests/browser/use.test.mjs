@@ -101,7 +101,7 @@ test("keys zoom, move, read and reset", async () => {
   await page.keyboard.press("ArrowRight");
   assert.ok((await range(figure))[0] > before[0]);
   await page.keyboard.press("Shift+ArrowRight");
-  assert.match(await figure.locator(".reading").textContent(), /^[\d.]+ µs +twin: .?[\d.]+ mm\/s +simulated: /);
+  assert.match(await figure.locator(".reading").textContent(), /^[\d.]+ µs +synthetic: .?[\d.]+ mm\/s +simulated: /);
   await page.keyboard.press("0");
   assert.deepEqual(await range(figure), home);
   await close();
@@ -113,7 +113,7 @@ test("the values under the pointer are those of the record", async () => {
   const box = await figure.locator(".u-over").boundingBox();
   const read = async (share) => {
     await page.mouse.move(box.x + share * box.width, box.y + 20);
-    const found = (await figure.locator(".reading").textContent()).match(/(.*?) µs   twin: (.*?) mm\/s   simulated: (.*?) mm\/s/);
+    const found = (await figure.locator(".reading").textContent()).match(/(.*?) µs   synthetic: (.*?) mm\/s   simulated: (.*?) mm\/s/);
     return found.slice(1).map((it) => Number(it.replace("\u2212", "-")));
   };
   const [home, recorded] = [await range(figure), await import("node:fs")];
@@ -122,10 +122,10 @@ test("the values under the pointer are those of the record", async () => {
   const level = Math.max(...rows.map((row) => row[1]));
   let largest = 0;
   for (let share = 0.3; share < 0.7; share += 0.0021) {
-    const [time, twin, simulated] = await read(share);
+    const [time, synthetic, simulated] = await read(share);
     assert.ok(Math.abs(time - (home[0] + share * (home[1] - home[0]))) < 2, `${time} µs at ${share}`);
-    assert.ok(Math.abs(twin - simulated) < 60, "the fit follows its twin");
-    largest = Math.max(largest, twin);
+    assert.ok(Math.abs(synthetic - simulated) < 60, "the fit follows its record");
+    largest = Math.max(largest, synthetic);
   }
   // Read every 1.8 µs, a spike may be met beside its top.
   assert.ok(largest > 100 && largest < 1.2 * 1e3 * level, `${largest} mm/s of ${1e3 * level}`);
@@ -196,7 +196,7 @@ test("record and model can be heard, slowed down by a factor that is said", asyn
   });
   const figure = page.locator("figure", { has: page.locator("figcaption", { hasText: WHOLE }) });
   const names = await figure.locator("button[data-sound]").allTextContents();
-  assert.deepEqual(names.map((name) => name.replace(/^Play (\w+),.*/, "$1")), ["twin", "simulated"]);
+  assert.deepEqual(names.map((name) => name.replace(/^Play (\w+),.*/, "$1")), ["synthetic", "simulated"]);
   for (const name of names) assert.match(name, /200× slower \(73 kHz → 365 Hz\)/);
   const button = figure.locator("button[data-sound]").first();
   await button.click();

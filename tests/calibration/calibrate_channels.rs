@@ -12,7 +12,7 @@ fn column(name: &str) -> Vec<(String, f64)> {
     rows.map(cells).collect()
 }
 
-/// What an oscilloscope writes of the twin's bench: seconds and volts of both decoders.
+/// What an oscilloscope writes of the synthetic record's bench: seconds and volts of both vibrometers.
 fn scope(names: [&str; 2]) -> String {
     let (vibrometer, horn) = (column("vib.csv"), column("horn_tip.csv"));
     let mut text = format!("Time (us),{} (V),{} (V)\n", names[0], names[1]);
@@ -38,7 +38,7 @@ fn two_channels_of_one_file_are_the_two_files() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
     let twin = format!("{PROJECT}/measurements/twin-annulus/vib.csv");
-    // The twin's files state a bandwidth; the scope's do not.
+    // The synthetic record's files state a bandwidth; the scope's do not.
     let bandwidth = ["--read", "bandwidth=1.5MHz"];
     let (apart, _) = dry_run(place.path(), &["--measured", &twin]);
 

@@ -239,7 +239,7 @@ fn a_plan_says_it_all_and_flags_win() {
     assert!(outcome["fitted_features"].get("band_2/3").is_none());
 
     let before = bench.tree();
-    for (text, told) in [
+    for (text, message) in [
         (plan("evaluations = 20"), "expected 200 to 100000, found 20"),
         (plan("evaluation = 300"), "fit.toml:5"),
         (plan("").replace("1.5", "0.1"), "0 < low < high"),
@@ -250,9 +250,9 @@ fn a_plan_says_it_all_and_flags_win() {
     ] {
         bench.write("plans/fit.toml", text);
         let output = planned(&[]);
-        assert_eq!(code(&output), 1, "{told}: {}", stderr(&output));
-        assert!(stderr(&output).contains(told), "{told}: {}", stderr(&output));
-        assert_eq!(bench.tree(), before, "{told}");
+        assert_eq!(code(&output), 1, "{message}: {}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{message}: {}", stderr(&output));
+        assert_eq!(bench.tree(), before, "{message}");
     }
 }
 

@@ -44,9 +44,9 @@ fn start(command: &mut Command, state: &Path, wanted: u64) -> Child {
     child
 }
 
-fn refused(output: &Output, told: &[&str]) {
+fn refused(output: &Output, phrases: &[&str]) {
     assert_eq!(code(output), 1, "{}", stderr(output));
-    for expected in told {
+    for expected in phrases {
         assert!(stderr(output).contains(expected), "{expected}: {}", stderr(output));
     }
 }

@@ -65,8 +65,8 @@ fn two_levels_share_one_answer_and_say_what_each_narrows() {
     assert_eq!(inputs, ["measured", "measured-2"]);
 
     let page = fs::read_to_string(bench.path("joint/report.html")).unwrap();
-    for told in ["What each record narrows", "Record 2: half", "half alone", "all together"] {
-        assert!(page.contains(told), "{told}");
+    for phrase in ["What each record narrows", "Record 2: half", "half alone", "all together"] {
+        assert!(page.contains(phrase), "{phrase}");
     }
     for figure in ["widths-linear", "regions-linear", "velocity", "velocity-2"] {
         assert!(bench.path("joint/figures").join(format!("{figure}.svg")).is_file(), "{figure}");
@@ -127,8 +127,8 @@ fn another_drive_frequency_is_refused_with_file_line_and_remedy() {
         let output = bench.granchain(&[&["calibrate", "--quiet"], scene, arguments].concat()).output().unwrap();
         let said = stderr(&output);
         assert_eq!(code(&output), 1, "{arguments:?}: {said}");
-        for told in [place, "80.0000 kHz", "73.0000 kHz", "by itself"] {
-            assert!(said.contains(told), "{arguments:?}: {told} is missing in: {said}");
+        for phrase in [place, "80.0000 kHz", "73.0000 kHz", "by itself"] {
+            assert!(said.contains(phrase), "{arguments:?}: {phrase} is missing in: {said}");
         }
         assert_eq!(bench.tree(), before, "{arguments:?}");
     }
@@ -144,7 +144,7 @@ fn what_cannot_be_fitted_together_is_a_usage_error() {
     bench.write("features.toml", "");
     bench.write("both.toml", "measured = \"lab/vib.csv\"\n[[record]]\nmeasured = \"half/vib.csv\"\n");
     let before = bench.tree();
-    for (arguments, told) in [
+    for (arguments, phrase) in [
         (&["--measured", "half/vib.csv", "--drive", "a.csv", "--drive", "b.csv", "--drive", "c.csv"][..], "found 3"),
         (&["--measured", "half/vib.csv", "--quantity", "pressure"], "one by one"),
         (&["--measured", "features.toml"], "published features are fitted by themselves"),
@@ -152,7 +152,7 @@ fn what_cannot_be_fitted_together_is_a_usage_error() {
     ] {
         let output = bench.calibrate(arguments);
         assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
-        assert!(stderr(&output).contains(told), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(phrase), "{arguments:?}: {}", stderr(&output));
     }
     // The same record twice is no second record.
     let output = bench.calibrate(&["--measured", "lab/vib.csv"]);

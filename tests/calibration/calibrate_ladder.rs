@@ -17,7 +17,7 @@ const LADDER: [&str; 4] = ["--model", "reduced", "--set", "model.mesh_density=6"
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
-fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
+fn the_answer_of_the_upper_level_stands_beside_the_chains_and_survives_ctrl_c() {
     let bench = Bench::new();
     let output = bench.calibrate(&[&LADDER[..], &["--out", "whole", "--threads", "1"]].concat());
     assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));
@@ -46,8 +46,8 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     }
 
     let state = bench.path(".broken.unfinished/state/linear-reduced.json");
-    let told = [&LADDER[..], &["--out", "broken"]].concat();
-    let mut child = bench.command(&told).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let arguments = [&LADDER[..], &["--out", "broken"]].concat();
+    let mut child = bench.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let patience = Instant::now() + Duration::from_secs(300);
     while !state.exists() {
         assert!(child.try_wait().unwrap().is_none(), "the fit ended before it could be stopped");
@@ -58,7 +58,7 @@ fn the_answer_of_the_upper_rung_stands_beside_the_chains_and_survives_ctrl_c() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(code(&output), 130, "{}", stderr(&output));
     assert!(stderr(&output).contains("--resume") && state.exists(), "{}", stderr(&output));
-    let output = bench.calibrate(&[&told[..], &["--resume", "--threads", "2"]].concat());
+    let output = bench.calibrate(&[&arguments[..], &["--resume", "--threads", "2"]].concat());
     assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));
     let (whole, broken) = (bench.contents("whole"), bench.contents("broken"));
     assert!(whole.keys().eq(broken.keys()), "{:?} {:?}", whole.keys(), broken.keys());
@@ -73,8 +73,8 @@ const FINITE: [&str; 6] = ["--model", "fea", "--set", "model.mesh_density=3", "-
 #[test]
 fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_kill_9() {
     let bench = Bench::new();
-    let answered = |told: &[&str]| {
-        let output = bench.calibrate(told);
+    let answered = |arguments: &[&str]| {
+        let output = bench.calibrate(arguments);
         assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));
         stderr(&output)
     };
@@ -103,8 +103,8 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
 
     let kept = bench.path(".broken.unfinished/state/linear-fea.jsonl");
     let lines = || fs::read_to_string(&kept).map_or(0, |text| text.lines().count());
-    let told = [&FINITE[..], &["--out", "broken"]].concat();
-    let mut child = bench.command(&told).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let arguments = [&FINITE[..], &["--out", "broken"]].concat();
+    let mut child = bench.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let patience = Instant::now() + Duration::from_secs(300);
     while lines() < 5 {
         assert!(child.try_wait().unwrap().is_none(), "the fit ended before it could be killed");
@@ -117,7 +117,7 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
     let before = fs::read_to_string(&kept).unwrap();
     let altered = before.replacen("\"index\":", "\"index\": ", 1);
     fs::write(&kept, &altered[..altered.len() - 9]).unwrap();
-    let said = answered(&[&told[..], &["--resume", "--threads", "2"]].concat());
+    let said = answered(&[&arguments[..], &["--resume", "--threads", "2"]].concat());
     assert!(said.contains("linear-fea.jsonl:1: altered or damaged"), "{said}");
     let (whole, broken) = (bench.contents("whole"), bench.contents("broken"));
     assert!(whole.keys().eq(broken.keys()), "{:?} {:?}", whole.keys(), broken.keys());

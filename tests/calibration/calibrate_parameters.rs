@@ -132,7 +132,7 @@ fn what_the_bench_leaves_open_widens_the_interval() {
 #[test]
 fn parameters_that_cannot_be_are_refused_with_the_remedy() {
     let bench = Bench::new();
-    for (flags, told) in [
+    for (flags, phrases) in [
         (&["--fit", "alpha,colour"][..], &["colour", "support_stiffness", "bandwidth"][..]),
         (&["--fit", "gap,precompression"], &["every gap closed", "one of the two"]),
         (&["--fit", "gap", "--set", "chain.precompression=0.1N"], &["every gap closed"]),
@@ -150,7 +150,7 @@ fn parameters_that_cannot_be_are_refused_with_the_remedy() {
         let output = bench.calibrate(flags);
         let said = stderr(&output);
         assert!([1, 2].contains(&code(&output)) && output.stdout.is_empty(), "{flags:?}: {said}");
-        for part in told {
+        for part in phrases {
             assert!(said.contains(part), "{flags:?}: {part} missing in {said}");
         }
     }
@@ -268,7 +268,7 @@ fn a_record_that_lacks_its_beginning_is_met_by_the_run_that_made_it() {
 }
 
 #[test]
-fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
+fn every_run_draws_every_nuisance_that_is_not_fitted() {
     let scene = bench_scene(&[]);
     let recording = recording(&scene, None);
     let spread = |names: &[&str], uncertainty| {
@@ -289,9 +289,9 @@ fn every_nuisance_is_drawn_anew_and_what_is_fitted_is_not() {
     }
 }
 
-/// Of identical runs the drive's line scatters by what the fall of the decoder leaves of it: between all and the Gaussian's gain at f0.
+/// Of identical runs the drive's line scatters by what the fall of the vibrometer leaves of it: between all and the Gaussian's gain at f0.
 #[test]
-fn what_is_not_known_of_a_decoder_is_in_the_prediction() {
+fn an_unknown_vibrometer_filter_is_in_the_prediction() {
     let scene = bench_scene(&[]);
     let bandwidth = 3e5;
     let recording = Recording { bandwidth: Some(bandwidth), ..recording(&scene, Some(bandwidth)) };

@@ -1,4 +1,4 @@
-//! Calibration on a hydrophone's record: the shipped twin is found again with its mount, and what cannot be is refused with help.
+//! Calibration on a hydrophone's record: the shipped synthetic record is found again with its mount, and what cannot be is refused with help.
 
 use std::{fs, path::Path, process::Command};
 
@@ -23,7 +23,7 @@ fn outcome(folder: &Path) -> Value {
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
-fn the_shipped_twin_is_found_again_with_its_mount() {
+fn the_shipped_synthetic_record_is_recovered_with_its_mount() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("water");
     let plan = "calibrations/twin-water.toml";

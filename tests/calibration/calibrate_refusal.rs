@@ -16,7 +16,7 @@ struct Case {
     /// Flags that bring it in.
     flags: &'static [&'static str],
     /// What the message must say: where, what was expected, what to do.
-    told: &'static [&'static str],
+    phrases: &'static [&'static str],
 }
 
 const MEASURED: &[&str] = &["--measured", "lab/broken.csv"];
@@ -68,25 +68,25 @@ const CASES: &[Case] = &[
         name: "empty file",
         prepare: |place| fs::write(place.join("lab/broken.csv"), "").unwrap(),
         flags: MEASURED,
-        told: &["lab/broken.csv", "expected a header", "empty", "export it again"],
+        phrases: &["lab/broken.csv", "expected a header", "empty", "export it again"],
     },
     Case {
         name: "header only",
         prepare: |place| lines(place, |lines| lines.truncate(1)),
         flags: MEASURED,
-        told: &["lab/broken.csv:1", "expected rows", "record again"],
+        phrases: &["lab/broken.csv:1", "expected rows", "record again"],
     },
     Case {
         name: "text in a number column",
         prepare: |place| cell(place, "hello"),
         flags: MEASURED,
-        told: &["lab/broken.csv:10: column `velocity_mm_per_s`", "expected a number", "`hello`", "correct the cell"],
+        phrases: &["lab/broken.csv:10: column `velocity_mm_per_s`", "expected a number", "`hello`", "correct the cell"],
     },
     Case {
         name: "NaN",
         prepare: |place| cell(place, "NaN"),
         flags: MEASURED,
-        told: &[
+        phrases: &[
             "lab/broken.csv:10: column `velocity_mm_per_s`",
             "expected a finite number",
             "--read missing=interpolate",
@@ -96,49 +96,49 @@ const CASES: &[Case] = &[
         name: "infinity",
         prepare: |place| cell(place, "inf"),
         flags: MEASURED,
-        told: &["lab/broken.csv:10: column `velocity_mm_per_s`", "expected a finite number", "record it again"],
+        phrases: &["lab/broken.csv:10: column `velocity_mm_per_s`", "expected a finite number", "record it again"],
     },
     Case {
         name: "missing column",
         prepare: |place| header(place, "time_us,pressure_kPa"),
         flags: MEASURED,
-        told: &["lab/broken.csv:1: column `pressure_kPa`", "expected a velocity", "--channel"],
+        phrases: &["lab/broken.csv:1: column `pressure_kPa`", "expected a velocity", "--channel"],
     },
     Case {
         name: "ragged row",
         prepare: |place| cell(place, "1.0,2.0"),
         flags: MEASURED,
-        told: &["lab/broken.csv:10", "expected 2 cells", "found 3", "complete the row"],
+        phrases: &["lab/broken.csv:10", "expected 2 cells", "found 3", "complete the row"],
     },
     Case {
         name: "unknown unit",
         prepare: |place| header(place, "time_us,Velocity [furlong/h]"),
         flags: MEASURED,
-        told: &["lab/broken.csv:1: column `Velocity [furlong/h]`", "furlong/h", "--unit"],
+        phrases: &["lab/broken.csv:1: column `Velocity [furlong/h]`", "furlong/h", "--unit"],
     },
     Case {
         name: "bare volts",
         prepare: |place| header(place, "time_us,signal_V"),
         flags: MEASURED,
-        told: &["lab/broken.csv:1: column `signal_V`", "expected a velocity", "volts", "sensitivity"],
+        phrases: &["lab/broken.csv:1: column `signal_V`", "expected a velocity", "volts", "sensitivity"],
     },
     Case {
         name: "repeated time",
         prepare: |place| lines(place, |lines| lines[9] = lines[8].clone()),
         flags: MEASURED,
-        told: &["lab/broken.csv:10: column `time_us`", "expected a time later than", "the row is there twice"],
+        phrases: &["lab/broken.csv:10: column `time_us`", "expected a time later than", "the row is there twice"],
     },
     Case {
         name: "decreasing time",
         prepare: |place| lines(place, |lines| lines.swap(9, 20)),
         flags: MEASURED,
-        told: &["lab/broken.csv:11: column `time_us`", "expected a time later than", "the instants fall or jump"],
+        phrases: &["lab/broken.csv:11: column `time_us`", "expected a time later than", "the instants fall or jump"],
     },
     Case {
         name: "uneven sampling",
         prepare: |place| lines(place, |lines| drop(lines.drain(30..33))),
         flags: MEASURED,
-        told: &["lab/broken.csv:31: column `time_us`", "expected evenly spaced", "restore the rows"],
+        phrases: &["lab/broken.csv:31: column `time_us`", "expected evenly spaced", "restore the rows"],
     },
     Case {
         name: "truncated last line",
@@ -149,43 +149,43 @@ const CASES: &[Case] = &[
             fs::write(place.join("lab/broken.csv"), &text[..cut]).unwrap();
         },
         flags: MEASURED,
-        told: &["lab/broken.csv:2302", "expected 2 cells", "found 1", "copy it again"],
+        phrases: &["lab/broken.csv:2302", "expected 2 cells", "found 1", "copy it again"],
     },
     Case {
         name: "binary file",
         prepare: |place| fs::write(place.join("lab/broken.csv"), b"\x7fELF\x02\x01\x00\x00\xff\xfe").unwrap(),
         flags: MEASURED,
-        told: &["lab/broken.csv", "expected text, found byte 0x7f", "export the record as CSV"],
+        phrases: &["lab/broken.csv", "expected text, found byte 0x7f", "export the record as CSV"],
     },
     Case {
         name: "missing file",
         prepare: |_| {},
         flags: &["--measured", "lab/vub.csv"],
-        told: &["lab/vub.csv", "expected a record", "no such file", "`vib.csv`"],
+        phrases: &["lab/vub.csv", "expected a record", "no such file", "`vib.csv`"],
     },
     Case {
         name: "a folder",
         prepare: |_| {},
         flags: &["--measured", "lab"],
-        told: &["lab: expected a file, found a folder", "`vib.csv`"],
+        phrases: &["lab: expected a file, found a folder", "`vib.csv`"],
     },
     Case {
         name: "a missing drive",
         prepare: |_| {},
         flags: DRIVE,
-        told: &["lab/broken.csv", "no such file", "check the path"],
+        phrases: &["lab/broken.csv", "no such file", "check the path"],
     },
     Case {
         name: "drive shorter than two cycles",
         prepare: |place| horn(place, 1.5, 60.0),
         flags: DRIVE,
-        told: &["lab/broken.csv", "expected a drive of at least two cycles", "record a longer burst"],
+        phrases: &["lab/broken.csv", "expected a drive of at least two cycles", "record a longer burst"],
     },
     Case {
         name: "drive sampled below 4 times its frequency",
         prepare: |place| horn(place, 15.0, 3.7),
         flags: &["--measured", "lab/vib.csv", "--drive", "lab/broken.csv", "--drive-frequency", "73kHz"],
-        told: &["lab/broken.csv", "expected at least 4 samples a drive cycle", "record it faster"],
+        phrases: &["lab/broken.csv", "expected at least 4 samples a drive cycle", "record it faster"],
     },
     Case {
         name: "record sampled below 4 times the drive",
@@ -199,37 +199,37 @@ const CASES: &[Case] = &[
             });
         },
         flags: MEASURED,
-        told: &["lab/broken.csv", "expected at least 4 samples a drive cycle", "277.8 kHz", "record it faster"],
+        phrases: &["lab/broken.csv", "expected at least 4 samples a drive cycle", "277.8 kHz", "record it faster"],
     },
     Case {
         name: "scene with an unknown key",
         prepare: |place| scene(place, "beads = 2", "beads = 2\nraduis = \"0.5 mm\""),
         flags: SCENE,
-        told: &["broken.toml:9", "raduis", "radius"],
+        phrases: &["broken.toml:9", "raduis", "radius"],
     },
     Case {
         name: "negative radius",
         prepare: |place| scene(place, "beads = 2", "beads = 2\nradius = \"-0.5 mm\""),
         flags: SCENE,
-        told: &["broken.toml:9", "chain.radius", "expected"],
+        phrases: &["broken.toml:9", "chain.radius", "expected"],
     },
     Case {
         name: "no beads",
         prepare: |place| scene(place, "beads = 2", "beads = 0"),
         flags: SCENE,
-        told: &["broken.toml:8", "chain.beads", "expected"],
+        phrases: &["broken.toml:8", "chain.beads", "expected"],
     },
     Case {
         name: "two beads overlapping at the start",
         prepare: |place| scene(place, "beads = 2", "beads = 2\ngaps = [0, -1e-6, 0]"),
         flags: SCENE,
-        told: &["broken.toml:9", "chain.gaps", "overlap"],
+        phrases: &["broken.toml:9", "chain.gaps", "overlap"],
     },
     Case {
         name: "a record that ends before its onset can be followed",
         prepare: |place| lines(place, |lines| lines.truncate(480)),
         flags: MEASURED,
-        told: &["lab/broken.csv", "drive periods after its onset", "record longer"],
+        phrases: &["lab/broken.csv", "drive periods after its onset", "record longer"],
     },
     Case {
         name: "a disconnected input",
@@ -241,13 +241,13 @@ const CASES: &[Case] = &[
             });
         },
         flags: MEASURED,
-        told: &["lab/broken.csv", "every sample", "connected"],
+        phrases: &["lab/broken.csv", "every sample", "connected"],
     },
     Case {
         name: "m/s written for mm/s",
         prepare: |place| header(place, "time_us,velocity_m_per_s"),
         flags: MEASURED,
-        told: &["lab/broken.csv", "at most 50 m/s, found", "--unit, such as mm/s"],
+        phrases: &["lab/broken.csv", "at most 50 m/s, found", "--unit, such as mm/s"],
     },
 ];
 
@@ -256,7 +256,7 @@ fn broken_input_is_refused_with_place_reason_and_remedy_and_leaves_no_folder() {
     let bench = Bench::new();
     let place = bench.path(".");
     let mut wrong = Vec::new();
-    for Case { name, prepare, flags, told } in CASES {
+    for Case { name, prepare, flags, phrases } in CASES {
         let _ = fs::remove_file(bench.path("lab/broken.csv"));
         prepare(&place);
         let before = bench.tree();
@@ -266,7 +266,7 @@ fn broken_input_is_refused_with_place_reason_and_remedy_and_leaves_no_folder() {
         }
         let output = command.args(*flags).output().unwrap();
         let said = stderr(&output);
-        let missing: Vec<&&str> = told.iter().filter(|expected| !said.contains(**expected)).collect();
+        let missing: Vec<&&str> = phrases.iter().filter(|expected| !said.contains(**expected)).collect();
         if code(&output) != 1 || !output.stdout.is_empty() || !said.starts_with("error: ") || !missing.is_empty() {
             wrong.push(format!("{name}: exit code {}, missing {missing:?} in: {said}", code(&output)));
         }

@@ -30,19 +30,19 @@ fn the_same_with_one_thread_and_with_two() {
     let plan = plan(&["pretrigger", "sign"], 1, 200);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let twins = pool.install(|| made(&plan));
-        serde_json::to_string(&(LaboratoryCount::of(&twins), &twins)).unwrap()
+        let records = pool.install(|| made(&plan));
+        serde_json::to_string(&(LaboratoryCount::of(&records), &records)).unwrap()
     };
     assert_eq!(with(1), with(2));
 }
 
 #[test]
 fn right_records_end_with_the_truth_held() {
-    let twins = made(&plan(&["pretrigger", "bits"], 2, 300));
-    let count = LaboratoryCount::of(&twins);
+    let records = made(&plan(&["pretrigger", "bits"], 2, 300));
+    let count = LaboratoryCount::of(&records);
     assert_eq!(count.conditions.len(), 2);
     let all = count.all.unwrap();
-    assert_eq!(all.refused, 0, "{twins:?}");
+    assert_eq!(all.refused, 0, "{records:?}");
     for parameter in &all.parameters {
         // With a true coverage of 0.9, fewer than 2 of 4 happen in 0.4 % of all seeds.
         assert!(parameter.held >= 2, "{parameter:?}");
@@ -54,14 +54,14 @@ fn right_records_end_with_the_truth_held() {
 /// was modelled.
 #[test]
 fn records_with_the_faults_of_instruments_end_with_the_truth_held() {
-    let twins = made(&plan(&["drop-outs", "crosstalk", "horn-harmonics", "period-3"], 3, 400));
-    let all = LaboratoryCount::of(&twins).all.unwrap();
-    assert_eq!(all.refused, 0, "{twins:?}");
+    let records = made(&plan(&["drop-outs", "crosstalk", "horn-harmonics", "period-3"], 3, 400));
+    let all = LaboratoryCount::of(&records).all.unwrap();
+    assert_eq!(all.refused, 0, "{records:?}");
     // With a true coverage of 0.9, fewer than 8 of 12 happen in 0.4 % of all seeds.
     assert!(all.parameters.iter().all(|parameter| parameter.held >= 8), "{all:?}");
     assert!(all.outside <= 1, "{all:?}");
-    for twin in twins.iter().filter(|twin| twin.setting.condition.name() == "drop-outs") {
-        let warnings = &twin.fit.as_ref().unwrap().warnings;
+    for record in records.iter().filter(|record| record.setting.condition.name() == "drop-outs") {
+        let warnings = &record.fit.as_ref().unwrap().warnings;
         assert!(warnings.iter().any(|text| text.contains("masked") && text.contains("spike")), "{warnings:?}");
     }
 }
@@ -96,19 +96,20 @@ fn the_waveform_is_not_misled_by_what_leads_to_it() {
 /// The mean of 16 shots is compared with means of 16 runs: a single run is as far from it as from no record.
 #[test]
 fn a_mean_of_shots_is_compared_with_means() {
-    let twins = made(&plan(&["averages"], 2, 300));
-    for twin in &twins {
-        let fit = twin.fit.as_ref().unwrap();
-        assert!(fit.verdict.explains(), "{twin:?}");
+    let records = made(&plan(&["averages"], 2, 300));
+    for record in &records {
+        let fit = record.fit.as_ref().unwrap();
+        assert!(fit.verdict.explains(), "{record:?}");
     }
 }
 
 /// Nobody knows where in the answer such a record begins: by its end where that was recorded, else by a draw.
 #[test]
 fn a_record_that_begins_inside_the_answer_holds_the_truth() {
-    let twins = made(&plan(&["late-vibrometer", "middle"], 4, 300));
-    let count = LaboratoryCount::of(&twins);
-    let fits: Vec<_> = twins.iter().filter_map(|twin| Some((twin.setting.values, twin.fit.as_ref().ok()?))).collect();
+    let records = made(&plan(&["late-vibrometer", "middle"], 4, 300));
+    let count = LaboratoryCount::of(&records);
+    let fits: Vec<_> =
+        records.iter().filter_map(|record| Some((record.setting.values, record.fit.as_ref().ok()?))).collect();
     let held = |(values, fit): &&([f64; 2], &LaboratoryFit)| {
         fit.estimates.iter().zip(values).all(|(estimate, value)| (estimate.low..=estimate.high).contains(value))
     };
@@ -126,12 +127,13 @@ fn every_mistake_is_named() {
     let of_model = ["softer-support", "other-law", "bead-fewer", "bead-more", "radius", "first-gap"];
     let names: Vec<&str> = wrong.map(Condition::name).filter(|name| !of_model.contains(name)).collect();
     assert_eq!(names.len(), 18);
-    let twins = made(&LaboratoryPlan { seed: 4, ..plan(&names, 1, 300) });
-    for twin in &twins {
-        let name = twin.setting.condition.name();
-        assert!(twin.named() || twin.warned(), "{name}: {twin:?}");
+    let records = made(&LaboratoryPlan { seed: 4, ..plan(&names, 1, 300) });
+    for record in &records {
+        let name = record.setting.condition.name();
+        assert!(record.named() || record.warned(), "{name}: {record:?}");
     }
-    let unmasked = |name: &str| twins.iter().find(|twin| twin.setting.condition.name() == name).unwrap().unmasked();
+    let unmasked =
+        |name: &str| records.iter().find(|record| record.setting.condition.name() == name).unwrap().unmasked();
     for name in ["sign", "scale-up", "scale-down", "unit-up", "unit-down", "frequency", "swapped", "pure-noise"] {
         assert!(unmasked(name), "{name}");
     }
@@ -143,7 +145,7 @@ fn stopping_leaves_no_result() {
 }
 
 #[test]
-fn a_record_triggered_late_is_told_wherever_it_begins() {
+fn a_record_triggered_late_is_reported_wherever_it_begins() {
     let folder = tempfile::tempdir().unwrap();
     let twin = Path::new(PROJECT).join("measurements/twin-annulus");
     let text = fs::read_to_string(twin.join("vib.csv")).unwrap();

@@ -31,9 +31,10 @@ const SEED: u64 = 5;
 
 /// Two beads on the annulus under a short burst: a run costs a hundredth of a second on the reduced model.
 fn bench(model: &[&str]) -> Scene {
-    let told = ["chain.beads=2", "drive.cycles=20", "duration=420us", "damping.kind=linear", "damping.coefficient=0.4"];
-    let told: Vec<String> = told.iter().chain(model).map(|text| (*text).to_owned()).collect();
-    scene::load("annulus", &told).unwrap()
+    let overrides =
+        ["chain.beads=2", "drive.cycles=20", "duration=420us", "damping.kind=linear", "damping.coefficient=0.4"];
+    let overrides: Vec<String> = overrides.iter().chain(model).map(|text| (*text).to_owned()).collect();
+    scene::load("annulus", &overrides).unwrap()
 }
 
 fn bodies(scene: &Scene) -> Arc<Prepared> {
@@ -44,7 +45,7 @@ fn parameters() -> Vec<Parameter> {
     vec![Parameter::alpha().between(0.2, 2.0), Parameter::damping(DampingKind::Linear).unwrap()]
 }
 
-/// A record of `scene` by its own model, with the truth behind it: twin 1 has α = 0.30 and c = 0.16 N·s/m.
+/// A record of `scene` by its own model, with the truth behind it: synthetic record 1 has α = 0.30 and c = 0.16 N·s/m.
 fn record(scene: &Scene) -> (Recording, Vec<f64>) {
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
     let made = twin(scene, &parameters(), &Uncertainty::default(), Flaw::None, 1, SEED, &run).unwrap();

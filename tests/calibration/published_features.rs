@@ -57,7 +57,7 @@ struct Twin<'a> {
     with_drive_line: bool,
 }
 
-/// Fit a twin: ln(low/truth), ln(high/truth) of each parameter, and the verdict.
+/// Fit a synthetic record: ln(low/truth), ln(high/truth) of each parameter, and the verdict.
 fn fitted(twin: &Twin, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let Twin { support, kind, alpha, damping, with_drive_line } = *twin;
     let overrides =

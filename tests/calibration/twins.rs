@@ -1,4 +1,4 @@
-//! The calibration's own proof, in its quick form: twins with known truth, wrong models, the shipped twin.
+//! The calibration's own proof, in its quick form: synthetic records with known truth, wrong models, the shipped synthetic record.
 //!
 //! The long form is `granchain coverage --count 80`; its figures stand in `docs/validation.md`.
 
@@ -16,12 +16,12 @@ fn study(plan: &TwinPlan) -> Vec<granchain::validate::twins::TwinOutcome> {
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
-fn ninety_per_cent_intervals_hold_the_truth_of_twenty_twins() {
+fn ninety_per_cent_intervals_cover_the_truth_of_twenty_records() {
     let proof = proof(&study(&TwinPlan { count: 20, ..TwinPlan::default() }));
     assert_eq!(proof.without_fit, 0);
     for (parameter, widest) in proof.parameters.iter().zip([0.10, 0.23]) {
         // With a true coverage of 0.9, fewer than 15 of 20 happen in 1 % of all seeds. The widths are those of the issue's
-        // 80 twins; the medians over 80 are a third of them.
+        // 80 synthetic records; the medians over 80 are a third of them.
         assert!(parameter.covered >= 15, "{parameter:?}");
         assert!(parameter.median_width <= widest, "{parameter:?}");
         assert!(parameter.median_error <= 0.02, "{parameter:?}");
@@ -56,19 +56,19 @@ fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_c
         proof.widths.iter().find(|row| row.name == name && row.levels == levels).unwrap().clone()
     };
     let (single, joint) = (of("damping", "1"), of("damping", "all"));
-    // Of 24 twins 0.44; the first six are mostly regular, where one record already tells the damping.
+    // Of 24 synthetic records 0.44; the first six are mostly regular, where one record already tells the damping.
     assert!(joint.median_width <= 0.8 * single.median_width, "{single:?} {joint:?}");
     for name in ["alpha", "damping"] {
         // With a true coverage of 0.9, fewer than 4 of 6 happen in 1.6 per cent of all seeds.
         assert!(of(name, "all").covered >= 4, "{:?}", of(name, "all"));
     }
-    // The first shot is the twin of a single level, and its fit the same.
+    // The first record is that of the single-level study, and its fit the same.
     let alone = study(&TwinPlan { count: 1, ..plan });
     assert_eq!(alone[0].fit, outcomes[0].single[0]);
 }
 
 #[test]
-fn the_shipped_twin_is_found_again() {
+fn the_shipped_synthetic_record_is_recovered() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("twin");
     Command::cargo_bin("calibrate")

@@ -1,7 +1,7 @@
 //! Golden outcomes: four calibrations and four replays, run by the program and compared number by number with the stored ones.
 //!
 //! The stored numbers agree to 1e-9 on the processor type that wrote them and to 1e-6 on any other. After a change that is meant to move them,
-//! write them anew and look at the difference: `GOLDEN=write cargo test --release --test golden`.
+//! write them again and look at the difference: `GOLDEN=write cargo test --release --test golden`.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 #[path = "../harness/mod.rs"]
@@ -51,7 +51,7 @@ fn compare(name: &str, result: &str, command: &str) {
     gather("", &expected, &found, if same { SAME_PROCESSOR } else { OTHER_PROCESSOR }, &mut differences);
     assert!(
         differences.is_empty(),
-        "{name}: {} values differ from tests/golden/{name}.json; where that is meant, write them anew: GOLDEN=write cargo test --release --test golden\n{}",
+        "{name}: {} values differ from tests/golden/{name}.json; if that is intended, write them again: GOLDEN=write cargo test --release --test golden\n{}",
         differences.len(),
         differences.iter().take(20).cloned().collect::<Vec<_>>().join("\n")
     );

@@ -86,7 +86,7 @@ fn collide(model: &[&str]) -> Collision {
 }
 
 #[test]
-fn the_force_of_a_collision_differs_between_the_rungs_by_what_they_leave_out() {
+fn the_force_of_a_collision_differs_between_the_levels_by_what_they_leave_out() {
     let chain = collide(&["model.kind=chain"]);
     // Samples every 0.02 µs of a force 4.5 µs long; the law itself is exact.
     assert!(chain.over_hertz.abs() < 1e-5, "{}", chain.over_hertz);

@@ -301,7 +301,7 @@ fn an_ensemble_follows_the_accurate_integrator_and_takes_prepared_laws() {
         let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak;
         assert!(error < bound, "{name} {dampers} {precompression}: {error:e}");
         let fresh = Ensemble::new(&scene, 160).unwrap().run(&[variation]).remove(0).unwrap();
-        assert_eq!(fresh.values, found.values, "fitted anew");
+        assert_eq!(fresh.values, found.values, "fitted again");
     }
 }
 
@@ -309,9 +309,9 @@ fn an_ensemble_follows_the_accurate_integrator_and_takes_prepared_laws() {
 fn a_linear_dashpot_costs_the_fixed_step_the_same_order_with_either_law() {
     // The force jumps at touch, which is not located: first order, 3.1e-4 and 2.7e-4 of the peak at 160 steps a period.
     for law in ["hertz", "finite-body"] {
-        let told = ["damping.kind=linear", &format!("contact.law={law}"), "duration=30 us"];
-        let told: Vec<String> = told.iter().map(|text| (*text).to_owned()).collect();
-        let mut scene = scene::load("rigid", &told).unwrap();
+        let overrides = ["damping.kind=linear", &format!("contact.law={law}"), "duration=30 us"];
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let mut scene = scene::load("rigid", &overrides).unwrap();
         let errors = [160, 320].map(|steps| {
             let ensemble = Ensemble::new(&scene, steps).unwrap();
             scene.output_step = ensemble.step();

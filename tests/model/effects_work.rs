@@ -235,7 +235,7 @@ fn what_a_cache_holds_is_not_made_again() {
 }
 
 #[test]
-fn horn_holder_and_losses_are_evaluated_where_the_scene_has_them_only() {
+fn horn_bead_guide_and_losses_are_evaluated_where_the_scene_has_them_only() {
     for kind in ["reduced", "fea"] {
         let model = format!("model.kind={kind}");
         let count = |keys: &[&str]| work("annulus", &[&[&model[..], "damping.kind=none"], keys].concat()).1;

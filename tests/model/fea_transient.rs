@@ -43,7 +43,7 @@ fn points_of_every_contact_neither_penetrate_nor_pull_in_any_step() {
         while !simulation.is_done() {
             simulation.advance().unwrap();
             let motion = simulation.motion();
-            // Gaps anew from displacements and the circle, for the piston and the first two beads. The pole itself is no point of the
+            // Gaps again from displacements and the circle, for the piston and the first two beads. The pole itself is no point of the
             // contact: its tributary area is zero, and it may overlap by a fraction of a nanometre.
             for &node in &front[1..] {
                 let gap = depth(node) + motion.displacement(1, axial(node)) - simulation.piston();

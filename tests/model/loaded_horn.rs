@@ -1,4 +1,4 @@
-//! A horn that gives way, in the models of a fixed step: limits, closed forms, books.
+//! A compliant horn, in the models of a fixed step: limits, closed forms, books.
 
 use super::scenes::{self, Knock, channels, run};
 use granchain::{
@@ -95,7 +95,7 @@ fn a_knock_leaves_the_horn_ringing_by_its_impulse() {
 }
 
 #[test]
-fn the_books_of_the_horn_meet_to_second_order_and_those_of_the_chain_as_without() {
+fn the_energy_balance_of_the_horn_closes_to_second_order_and_that_of_the_chain_as_without() {
     for (name, kind, keys, steps) in [
         ("rigid", "reduced", RIGID, ["40 ns", "20 ns"]),
         ("rigid", "fea", RIGID, ["100 ns", "50 ns"]),
@@ -198,7 +198,7 @@ fn steps_that_are_cut_leave_the_horn_as_it_was() {
 }
 
 #[test]
-fn side_by_side_every_run_has_its_own_horn_and_holder() {
+fn side_by_side_every_run_has_its_own_horn_and_bead_guide() {
     let scene = load(
         "annulus",
         "reduced",

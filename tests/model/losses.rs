@@ -304,7 +304,7 @@ fn dashpots_push_a_dragged_bead_by_as_much_as_its_contacts_reckon_with() {
     while !simulation.is_done() {
         simulation.advance().unwrap();
     }
-    // Were the push another, the gaps measured anew would miss their conditions.
+    // Were the push another, the gaps measured again would miss their conditions.
     assert!(simulation.complementarity().violations == 0, "{:?}", simulation.complementarity());
     let response = simulation.response();
     assert!(response.work.dashpot_evaluations > 0 && channels(&response).drag_j > 0.1 * response.energy.piston_work_j);
@@ -357,7 +357,7 @@ fn what_a_model_does_not_have_is_refused_by_its_key() {
 }
 
 #[test]
-fn contacts_past_their_yield_are_told_of() {
+fn contacts_past_their_yield_cause_a_warning() {
     let warned = |kind: &str, amplitude: &str| {
         let scene = load("rigid", kind, &["duration=12 us", "chain.beads=1", amplitude]);
         let prepared = model::prepare(&scene).unwrap();
@@ -368,7 +368,7 @@ fn contacts_past_their_yield_are_told_of() {
     };
     // R* = a on a rigid flat: F_y = (1.6 π Y)³ a²/(6 E*²) = 0.91 N of steel.
     for kind in ["reduced", "fea"] {
-        let ((soft, quiet), (hard, told)) = (warned(kind, "alpha=0.2"), warned(kind, "alpha=3"));
-        assert!(soft < 0.9 && !quiet && hard > 0.92 && told, "{kind}: {soft} {quiet} {hard} {told}");
+        let ((soft, quiet), (hard, loud)) = (warned(kind, "alpha=0.2"), warned(kind, "alpha=3"));
+        assert!(soft < 0.9 && !quiet && hard > 0.92 && loud, "{kind}: {soft} {quiet} {hard} {loud}");
     }
 }

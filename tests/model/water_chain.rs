@@ -159,11 +159,11 @@ fn the_velocity_that_a_dashpot_sees_is_that_of_the_modes_after_the_push() {
     for instant in 1..200 {
         let force = 0.1 * (0.02 * f64::from(instant)).sin().powi(2);
         wet.predict();
-        let told = wet.predicted_modal_velocity() + force * wet.modal_compliance();
+        let predicted = wet.predicted_modal_velocity() + force * wet.modal_compliance();
         wet.push(force);
         let found: f64 = (0..4).map(|k| basis.pole[k] * wet.modal_velocity()[k]).sum();
         // Rounding of sums of modal velocities.
-        assert!((told - found).abs() < 1e-12, "{instant}: {told:e} {found:e}");
+        assert!((predicted - found).abs() < 1e-12, "{instant}: {predicted:e} {found:e}");
         meshed.predict();
         let by_elements = meshed.predicted_modal_velocity() + force * meshed.modal_compliance();
         meshed.push(force);

@@ -50,7 +50,7 @@ fn push(t: f64) -> f64 {
 }
 
 /// Pressure on the axis at 1 mm under a piston, every instant from 0.
-fn heard(velocity: impl Fn(f64) -> f64, mesh: &WaterMesh, step: f64, duration: f64) -> Vec<f64> {
+fn field_pressure(velocity: impl Fn(f64) -> f64, mesh: &WaterMesh, step: f64, duration: f64) -> Vec<f64> {
     let mut water = DrivenWater::new(RADIUS, |_| 1.0, (Water::fresh(), Baffle::Rigid), mesh, &[AXIS], step).unwrap();
     let mut out = vec![0.0];
     for n in 1..=(duration / step).round() as usize {
@@ -71,12 +71,12 @@ fn largest(trace: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_piston_is_heard_on_the_axis_as_in_closed_form() {
+fn the_pressure_of_a_piston_on_the_axis_is_that_of_the_closed_form() {
     let Water { density, sound_speed } = Water::fresh();
     let piston = BaffledPiston { radius: RADIUS, density, sound_speed };
     for (name, velocity, duration) in [("burst", burst as fn(f64) -> f64, 80e-6), ("ramp", ramp, 8e-6)] {
         let step = 25e-9;
-        let found = heard(velocity, &mesh(0.05e-3), step, duration);
+        let found = field_pressure(velocity, &mesh(0.05e-3), step, duration);
         let exact: Vec<f64> =
             (0..found.len()).map(|n| piston.axial_pressure(AXIS.distance, n as f64 * step, velocity)).collect();
         let misses: Vec<f64> = found.iter().zip(&exact).map(|(found, exact)| found - exact).collect();
@@ -98,8 +98,8 @@ fn side_and_step_are_of_second_order() {
     };
     // A slower push for the coarse meshes: 0.4 MHz is 19 elements of 0.2 mm a wave.
     let slow = |t: f64| push(0.4 * t);
-    let in_space = order([0.1e-3, 0.05e-3, 0.025e-3].map(|side| heard(slow, &mesh(side), 25e-9, 7e-6)));
-    let in_time = order([40e-9, 20e-9, 10e-9].map(|step| heard(slow, &mesh(0.1e-3), step, 7.2e-6)));
+    let in_space = order([0.1e-3, 0.05e-3, 0.025e-3].map(|side| field_pressure(slow, &mesh(side), 25e-9, 7e-6)));
+    let in_time = order([40e-9, 20e-9, 10e-9].map(|step| field_pressure(slow, &mesh(0.1e-3), step, 7.2e-6)));
     assert!((in_space - 2.0).abs() < 0.1, "in space {in_space}");
     assert!((in_time - 2.0).abs() < 0.1, "in time {in_time}");
 }
@@ -107,7 +107,7 @@ fn side_and_step_are_of_second_order() {
 #[test]
 fn the_boundary_hardly_reflects() {
     let step = 25e-9;
-    let run = |radius: f64| heard(push, &WaterMesh { radius, side: 0.05e-3 }, step, 25e-6);
+    let run = |radius: f64| field_pressure(push, &WaterMesh { radius, side: 0.05e-3 }, step, 25e-6);
     let (near, far) = (run(2.5e-3), run(5e-3));
     let mut worst = 0.0_f64;
     for frequency in [20e3, 40e3, 73e3, 0.15e6, 0.3e6, 0.4e6, 0.5e6, 0.6e6, 0.7e6, 0.8e6, 0.9e6, 1e6] {

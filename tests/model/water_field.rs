@@ -210,25 +210,25 @@ fn the_map_of_a_pushed_disc_is_the_same_by_integral_and_by_elements() {
 }
 
 #[test]
-fn a_map_is_what_is_heard_at_its_points_and_the_face_moves_with_it() {
+fn a_map_is_the_pressure_at_its_points_and_the_face_moves_with_it() {
     let (step, patch, water) = (25e-9, 60e-6, Water::fresh());
     let modes = disc(Rim::Supported).basis(4, patch).unwrap();
     let radiator = Radiator::of_modes(A, &modes.back);
     let point = FieldPoint { radius: 0.6e-3, distance: 0.4e-3 };
-    let mut heard = WetDisc::new(A, &modes, &water, &[point], step).unwrap();
-    let motion = FaceMotion::under(heard.clone(), &push(step, 8e-6));
+    let mut wet_disc = WetDisc::new(A, &modes, &water, &[point], step).unwrap();
+    let motion = FaceMotion::under(wet_disc.clone(), &push(step, 8e-6));
     let grid = FieldGrid { radius: vec![0.0, point.radius], distance: vec![0.1e-3, point.distance] };
     let times = [3e-6, 6e-6];
     let maps = motion.map(&radiator, &water, &grid, &times).unwrap();
     for (instant, force) in push(step, 8e-6).into_iter().enumerate().skip(1) {
-        heard.predict();
-        heard.push(force);
+        wet_disc.predict();
+        wet_disc.push(force);
         let time = instant as f64 * step;
         for (map, at) in maps.iter().zip(times) {
             if (time - at).abs() < 0.1 * step {
                 // Straight velocities on the clock there, smooth ones here.
                 let largest = map.iter().fold(0.0, |largest: f64, p| largest.max(p.abs()));
-                assert!((map[3] - heard.pressure(0)).abs() < 2e-3 * largest, "{} {}", map[3], heard.pressure(0));
+                assert!((map[3] - wet_disc.pressure(0)).abs() < 2e-3 * largest, "{} {}", map[3], wet_disc.pressure(0));
             }
         }
     }

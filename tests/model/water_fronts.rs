@@ -136,7 +136,7 @@ fn a_pressed_chain_rests_on_the_disc_and_swings_about_it_as_the_chains_law_does(
 }
 
 #[test]
-fn overdamped_dashpots_settle_and_keep_the_books_in_every_model() {
+fn overdamped_dashpots_settle_and_keep_the_energy_balance_in_every_model() {
     // A hundred times the scene's: a dashpot stops a bead in three steps, and rounds with its velocity while forces are nothing yet.
     for at in ["damping.at=beads", "damping.at=all"] {
         let with = |model: &str| run(&[at, "damping.coefficient=30 N s/m", "duration=60 us", model]).unwrap();

@@ -26,9 +26,9 @@ pub(crate) fn harmonic(radius: f64, modes: &DiscModes, point: FieldPoint, angula
     let load = Mat::from_fn(count, 1, |k, _| c64::new(modes.pole[k], 0.0));
     let solution = dynamic.partial_piv_lu().solve(load);
     let modal: Vec<c64> = (0..count).map(|k| solution[(k, 0)]).collect();
-    let heard = radiator.pressure_spectrum(&water, point, omega).unwrap();
+    let transfer = radiator.pressure_spectrum(&water, point, omega).unwrap();
     let pole = modal.iter().zip(&modes.pole).map(|(q, shape)| q * *shape).sum();
-    (pole, modal.iter().zip(&heard).map(|(q, heard)| rate * q * heard).sum())
+    (pole, modal.iter().zip(&transfer).map(|(q, transfer)| rate * q * transfer).sum())
 }
 
 /// Lowest frequency of a held disc with incompressible water on its back, Hz: (1 + m) q̈ + Λ q = 0, so that 1/ω² is the largest eigenvalue

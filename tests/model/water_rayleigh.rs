@@ -48,7 +48,7 @@ fn ramp(t: f64) -> f64 {
 }
 
 /// Pressure of a piston by increments of velocity, every instant.
-fn heard(velocity: impl Fn(f64) -> f64, point: FieldPoint, step: f64, duration: f64) -> Vec<f64> {
+fn field_pressure(velocity: impl Fn(f64) -> f64, point: FieldPoint, step: f64, duration: f64) -> Vec<f64> {
     let kernel = Radiator::piston(RADIUS).pressure_kernel(&Water::fresh(), point, step).unwrap();
     let instants = (duration / step).round() as usize;
     let increment = |n: usize| velocity(n as f64 * step) - if n == 0 { 0.0 } else { velocity((n - 1) as f64 * step) };
@@ -63,11 +63,11 @@ fn worst(found: &[f64], exact: impl Fn(usize) -> f64) -> f64 {
 }
 
 #[test]
-fn a_piston_is_heard_on_the_axis_as_in_closed_form() {
+fn the_pressure_of_a_piston_on_the_axis_is_that_of_the_closed_form() {
     for z in [0.0, 0.3e-3, 1e-3, 5e-3] {
         for (name, velocity, duration) in [("burst", burst as fn(f64) -> f64, 80e-6), ("ramp", ramp, 8e-6)] {
             let error = |step: f64| {
-                let found = heard(velocity, FieldPoint::on_axis(z), step, duration);
+                let found = field_pressure(velocity, FieldPoint::on_axis(z), step, duration);
                 worst(&found, |n| piston().axial_pressure(z, n as f64 * step, velocity))
             };
             // Straight lines between instants miss at most v̈ Δ²/8, at the direct and at the edge's arrival.
@@ -88,11 +88,11 @@ fn a_piston_is_heard_on_the_axis_as_in_closed_form() {
 }
 
 #[test]
-fn straight_velocities_are_heard_exactly() {
+fn straight_velocities_give_the_exact_pressure() {
     // A velocity that grows from instant 3 on by 1 m/s a microsecond: no error but that of the quadrature.
     let (z, step) = (0.77e-3, 40e-9);
     let velocity = |t: f64| 1e6 * (t - 3.0 * step).max(0.0);
-    let found = heard(velocity, FieldPoint::on_axis(z), step, 4e-6);
+    let found = field_pressure(velocity, FieldPoint::on_axis(z), step, 4e-6);
     assert!(worst(&found, |n| piston().axial_pressure(z, n as f64 * step, velocity)) < 1e-9);
 }
 

@@ -46,7 +46,7 @@ fn band(values: &[f64], step: f64, from: f64, to: f64) -> f64 {
 }
 
 #[test]
-fn the_scene_of_the_paper_runs_and_its_books_balance() {
+fn the_scene_of_the_paper_runs_and_its_energy_balance_closes() {
     for placement in ["all", "beads"] {
         for rim in ["clamped", "supported", "free"] {
             let scene = scene(&[&format!("damping.at={placement}"), &format!("disc.rim={rim}")]);
@@ -60,9 +60,9 @@ fn the_scene_of_the_paper_runs_and_its_books_balance() {
             // Sound needs its time from the nearest place of the face; a sample may lie between.
             let force = &response.contact_force[6].values;
             let touched = force.iter().position(|force| *force > 0.0).unwrap();
-            let heard = pressure(&response).iter().position(|p| *p != 0.0).unwrap();
+            let arrival = pressure(&response).iter().position(|p| *p != 0.0).unwrap();
             let travel = 1e-3 / 1500.0 / scene.output_step;
-            assert!((heard - touched) as f64 > travel - 1.5, "{touched} {heard} {travel}");
+            assert!((arrival - touched) as f64 > travel - 1.5, "{touched} {arrival} {travel}");
         }
     }
 }
@@ -240,7 +240,7 @@ fn both_ways_hear_the_same_of_a_chain_with_a_dashpot_at_the_disc() {
     let by_elements = run(&scene(&[&common[..], &["water.method=elements", "water.mesh_side=0.05mm"]].concat()));
     let difference: Vec<f64> =
         pressure(&by_integral).iter().zip(pressure(&by_elements)).map(|(one, other)| one - other).collect();
-    let (heard, apart) = (band(pressure(&by_integral), 1e-7, 20e3, 1.2e6), band(&difference, 1e-7, 20e3, 1.2e6));
+    let (level, apart) = (band(pressure(&by_integral), 1e-7, 20e3, 1.2e6), band(&difference, 1e-7, 20e3, 1.2e6));
     // 1.45 % measured: the mesh of the water, and hits that it moves.
-    assert!(apart < 0.05 * heard, "{apart} of {heard} Pa");
+    assert!(apart < 0.05 * level, "{apart} of {level} Pa");
 }

@@ -79,7 +79,7 @@ fn usage_errors_end_with_2_and_say_so_on_stderr() {
 }
 
 #[test]
-fn a_number_without_unit_is_told_which_unit_it_needs() {
+fn a_number_without_unit_is_refused_with_the_unit_it_needs() {
     let output = run(&["replay", "--scene", "rigid", "--drive-frequency", "73"]);
     assert!(stderr(&output).contains("73") && stderr(&output).contains("Hz"), "{}", stderr(&output));
 }
@@ -130,11 +130,11 @@ fn absurd_work_is_refused_before_the_run_with_its_estimate_and_the_flag_that_lif
         (&["--set", "chain.radius=1e308"], &["chain.radius", "1 km"]),
         (&["--set", &nested], &["duration", "32 parentheses"]),
     ];
-    for (arguments, told) in cases {
+    for (arguments, phrases) in cases {
         let output = run(&[&["replay", "--scene", "rigid", "--quiet", "--out", text(&out)], arguments].concat());
         let said = stderr(&output);
         assert_eq!(code(&output), 1, "{arguments:?}: {said}");
-        assert!(told.iter().all(|told| said.contains(told)), "{arguments:?}: {said}");
+        assert!(phrases.iter().all(|phrases| said.contains(phrases)), "{arguments:?}: {said}");
         assert!(said.len() < 200_000 + 1000 && entries(place.path()).is_empty(), "{arguments:?}");
     }
     let sweep = ["sweep", "--scene", "rigid", "--vary", "alpha=0.5,1", "--ensemble", "1000000000"];

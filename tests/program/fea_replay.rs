@@ -89,8 +89,8 @@ fn frames_are_at_their_times_and_listed_once() {
     let output = small(&out, &["--fields", "10us"]).output().unwrap();
     assert!(output.status.success(), "{}", said(&output));
     // What they take on disk is told with the first of them.
-    let told = said(&output).lines().find(|line| line.starts_with("--fields: 5 frames of ")).map(str::to_owned);
-    assert!(told.is_some_and(|told| told.ends_with(" MB in all")), "{}", said(&output));
+    let notice = said(&output).lines().find(|line| line.starts_with("--fields: 5 frames of ")).map(str::to_owned);
+    assert!(notice.is_some_and(|notice| notice.ends_with(" MB in all")), "{}", said(&output));
     let list = fs::read_to_string(out.join("fields/fields.pvd")).unwrap();
     let document = roxmltree::Document::parse(&list).unwrap();
     let frames: Vec<(f64, String)> = document

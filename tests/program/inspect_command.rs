@@ -57,8 +57,8 @@ fn a_vibrometer_record_is_described() {
       # invented: white decoder noise of 1 mm/s rms within the bandwidth, resolution 0.25 mm/s
     assumed
       - t = 0 of the file's own time axis is the trigger
-      - decoder delay removed: 3.000000 µs (the header)
-      - decoder bandwidth 1.5 MHz (the header)
+      - instrument delay removed: 3.000000 µs (the header)
+      - instrument bandwidth 1.5 MHz (the header)
       - baseline: mean of 250 quiet samples at the start
       - sign as in the file: positive from piston to support
       - noise: 1.02 mm/s rms (quiet samples)
@@ -67,7 +67,7 @@ fn a_vibrometer_record_is_described() {
 }
 
 #[test]
-fn a_horn_tip_record_is_told_from_its_name() {
+fn a_horn_tip_record_is_recognised_by_its_name() {
     let record = json(&["measurements/annulus-73khz/horn_tip.csv"]);
     assert_eq!(record["kind"], "horn-tip");
     assert_eq!(record["unit"], "m");
@@ -139,7 +139,7 @@ fn refusals_go_to_standard_error_with_exit_code_1_or_2() {
     assert!(err.contains("did you mean `vib.csv`?"), "{err}");
     let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--unit", "V"]);
     assert_eq!(code, 1);
-    assert!(err.contains("volts (`V`), which need the decoder's sensitivity; pass it as --scale"), "{err}");
+    assert!(err.contains("volts (`V`), which need the vibrometer's sensitivity; pass it as --scale"), "{err}");
     let (code, _, err) = inspect(&["measurements/annulus-73khz/vib.csv", "--read", "delay=3"]);
     assert_eq!(code, 2);
     assert!(err.contains("without a unit"), "{err}");
@@ -152,7 +152,7 @@ fn a_folder_is_a_table_of_its_files() {
     assert!(out.starts_with("tests/dialects: "), "{out}");
     let row = |name: &str| out.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
     assert!(row("german.csv").contains("semicolons, decimal commas") && row("german.csv").contains("194.4 mm/s"));
-    assert!(row("volts.csv").contains("which need the decoder's sensitivity"), "{out}");
+    assert!(row("volts.csv").contains("which need the vibrometer's sensitivity"), "{out}");
     let files = json(&["tests/dialects"]);
     let files = files.as_array().unwrap();
     assert!(files.len() > 25 && files.windows(2).all(|pair| pair[0]["name"].as_str() < pair[1]["name"].as_str()));
@@ -169,7 +169,7 @@ fn a_bench_file_says_once_how_each_channel_is_read() {
     let file = bench.to_str().unwrap();
     let (code, out, err) = inspect(&["tests/dialects/volts.csv", "--kind", "vibrometer", "--bench", file]);
     assert_eq!(code, 0, "{err}");
-    assert!(out.contains("in volts × 125 mm/s/V") && out.contains("decoder delay removed: 4.000000 µs"), "{out}");
+    assert!(out.contains("in volts × 125 mm/s/V") && out.contains("instrument delay removed: 4.000000 µs"), "{out}");
     let (code, _, err) = inspect(&["tests/dialects/volts.csv", "--bench", file]);
     assert!(code == 2 && err.contains("--kind"), "{err}");
     fs::write(&bench, "[vibrometer]\nscael = \"125 mm/s/V\"\n").unwrap();

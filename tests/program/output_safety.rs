@@ -32,10 +32,10 @@ fn done(output: &Output) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-fn refused(output: &Output, told: &[&str]) {
+fn refused(output: &Output, phrases: &[&str]) {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(told.iter().all(|expected| said.contains(expected)), "{told:?}: {said}");
+    assert!(phrases.iter().all(|expected| said.contains(expected)), "{phrases:?}: {said}");
 }
 
 /// Every file below a folder, but for locks.
@@ -289,7 +289,7 @@ fn a_frame_damaged_before_the_resume_is_named_and_the_list_of_frames_is_written_
 }
 
 #[test]
-fn a_run_stopped_before_anything_was_saved_is_started_anew_by_resume_which_says_so() {
+fn resume_starts_again_and_says_so_if_nothing_was_saved() {
     for command in [&SWEEP[..], &ANALYSIS] {
         let place = tempfile::tempdir().unwrap();
         done(&granchain(place.path(), &[command, &["--out", "whole"]]));
@@ -306,7 +306,7 @@ fn a_run_stopped_before_anything_was_saved_is_started_anew_by_resume_which_says_
             }
             let output = granchain(place.path(), &[command, &["--resume"]]);
             done(&output);
-            assert!(String::from_utf8_lossy(&output.stderr).contains("started anew"), "{left}");
+            assert!(String::from_utf8_lossy(&output.stderr).contains("it starts again"), "{left}");
             assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
             assert_eq!(names(place.path()), ["out", "whole"]);
         }

@@ -36,7 +36,7 @@ fn keys_says_of_each_key_what_is_taken_where_it_is_not_given() {
     let keys: Vec<serde_json::Value> = serde_json::from_str(&out).unwrap();
     let lean = "duration = 1e-4\n[chain]\nbeads = 6\nradius = 5e-4\nmaterial = \"chrome-steel\"\n[damping]\nkind = \"linear\"\n\
                 [drive]\nkind = \"sine\"\namplitude = 1e-6\nfrequency = 73e3\ncycles = 5\n[support]\nkind = ";
-    let mut told = 0;
+    let mut compared = 0;
     for support in ["annulus", "disc"] {
         let scene = format!("{lean}\"{support}\"\n[model]\nkind = \"reduced\"\n");
         std::fs::write(folder.path().join("lean.toml"), scene).unwrap();
@@ -48,11 +48,11 @@ fn keys_says_of_each_key_what_is_taken_where_it_is_not_given() {
             let plain = default.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok());
             if plain && !default.contains([',', ';']) && !default.contains(" of ") {
                 assert_eq!(row["text"], default, "{}", row["key"]);
-                told += 1;
+                compared += 1;
             }
         }
     }
-    assert!(told > 12, "only {told} defaults were compared");
+    assert!(compared > 12, "only {compared} defaults were compared");
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn a_scene_that_a_record_drives_needs_no_frequency_of_its_own() {
     let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
     let frequency = summary["settings"]["drive_frequency_hz"].as_f64().unwrap_or_else(|| panic!("{summary:.2000}"));
     assert!((frequency / 80e3 - 1.0).abs() < 5e-3, "{frequency}");
-    // A formula must be told.
+    // A formula requires it.
     let formula = format!("duration = \"300 us\"\n{}", bench.replace("record", "sine"));
     std::fs::write(
         folder.path().join("sine.toml"),

@@ -196,8 +196,8 @@ fn pressures_are_printed_as_pressures() {
     }
     // What a column without a name for it holds can be said.
     write(&folder.path().join("a.csv"), "time_s,ch (V)", 4e-7, |t| envelope(t) * (TAU * F0 * t).cos());
-    let told = ["a.csv", "--kind", "hydrophone", "--scale", "20 kPa/V", "--drive-frequency", "73kHz"];
-    let text = String::from_utf8(granchain(folder.path(), &told).output().unwrap().stdout).unwrap();
+    let arguments = ["a.csv", "--kind", "hydrophone", "--scale", "20 kPa/V", "--drive-frequency", "73kHz"];
+    let text = String::from_utf8(granchain(folder.path(), &arguments).output().unwrap().stdout).unwrap();
     assert!(text.contains("spectrum of the pressure") && text.contains("amplitude kPa"), "{text}");
 }
 

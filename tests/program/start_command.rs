@@ -143,7 +143,7 @@ fn typed_as_proposed(folder: &Path, first: &[&str]) -> String {
 }
 
 #[test]
-fn two_files_in_volts_are_told_all_that_is_missing_at_once_and_the_proposed_command_runs() {
+fn two_files_in_volts_list_all_that_is_missing_at_once_and_the_proposed_command_runs() {
     let folder = tempfile::tempdir().unwrap();
     let volts = |rows: Vec<(f64, f64)>, each: f64| rows.into_iter().map(move |row| vec![1e-6 * row.0, row.1 / each]);
     write(folder.path(), "first.csv", "Time (s),CH1 (V)", volts(rows("vib.csv"), 125.0));

@@ -12,7 +12,7 @@ fn on_terminal(folder: &Path, words: &str) -> String {
     stdout(&output) + &stderr(&output)
 }
 
-/// A folder with the shipped twin's two files.
+/// A folder with the shipped synthetic record's two files.
 fn bench() -> tempfile::TempDir {
     let bench = tempfile::tempdir().unwrap();
     for file in ["vib.csv", "horn_tip.csv"] {

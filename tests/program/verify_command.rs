@@ -49,9 +49,9 @@ fn a_fresh_calibration_passes_and_an_altered_number_page_or_input_is_named() {
     assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
     assert!(stdout(&output).contains("Verified: ") && stdout(&output).contains("within 1e-9"), "{}", stdout(&output));
     let output = verify(&bench, &["fresh", "--json"]);
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((&told["verified"], &told["missing"]), (&true.into(), &Value::Array(vec![])));
-    assert!(told["numbers"].as_u64().unwrap() > 5000, "{}", told["numbers"]);
+    let outcome: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&outcome["verified"], &outcome["missing"]), (&true.into(), &Value::Array(vec![])));
+    assert!(outcome["numbers"].as_u64().unwrap() > 5000, "{}", outcome["numbers"]);
     assert_eq!(bench.tree(), before, "nothing is written");
 
     let mut written = bench.contents("fresh");
@@ -84,9 +84,9 @@ fn altered_files_are_named(bench: &Bench, written: &BTreeMap<String, Vec<u8>>) {
     lay(&altered, &bench.path("altered"));
     let output = verify(bench, &["altered", "--json"]);
     assert_eq!(code(&output), 1, "{}", stderr(&output));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let outcome: Value = serde_json::from_slice(&output.stdout).unwrap();
     let places: Vec<&str> =
-        told["differences"].as_array().unwrap().iter().map(|it| it["place"].as_str().unwrap()).collect();
+        outcome["differences"].as_array().unwrap().iter().map(|it| it["place"].as_str().unwrap()).collect();
     for name in altered.keys().filter(|name| *name != "manifest.json") {
         let by_digest = !name.ends_with(".csv") && !name.ends_with(".json");
         let expected = if by_digest { format!("{name}: SHA-256") } else { format!("{name}:") };

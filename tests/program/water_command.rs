@@ -30,15 +30,15 @@ fn replay_writes_pressures_their_levels_and_figures() {
         values.fold(0.0, f64::max)
     };
     let summary = json(&place.join("summary.json"));
-    let heard = summary["pressure"].as_array().unwrap();
-    assert_eq!(heard.len(), 2);
+    let pressures = summary["pressure"].as_array().unwrap();
+    assert_eq!(pressures.len(), 2);
     // The same record, whose peak the features refine between samples: 536 kPa of 519; on a step of 25 ns the peak is 520.
     for (point, column) in [(0, 1), (1, 0)] {
-        let peak = heard[point]["peaks"]["positive"].as_f64().unwrap();
+        let peak = pressures[point]["peaks"]["positive"].as_f64().unwrap();
         assert!((1.0..1.1).contains(&(peak / largest(column))), "{point}: {peak} {}", largest(column));
     }
-    assert_eq!((heard[1]["r_m"].as_f64(), heard[1]["z_m"].as_f64()), (Some(0.5e-3), Some(2e-3)));
-    assert_eq!(heard[0]["harmonics"][0]["level_db"].as_f64(), Some(0.0));
+    assert_eq!((pressures[1]["r_m"].as_f64(), pressures[1]["z_m"].as_f64()), (Some(0.5e-3), Some(2e-3)));
+    assert_eq!(pressures[0]["harmonics"][0]["level_db"].as_f64(), Some(0.0));
     let energy = &summary["energy"];
     let of = |key: &str| energy[key].as_f64().unwrap();
     let held = of("kinetic_j") + of("stored_j") + of("dissipated_j") + of("disc_j") + of("water_j");
@@ -75,7 +75,7 @@ fn a_bead_that_the_disc_left_behind_is_measured_over_the_whole_record() {
 }
 
 #[test]
-fn a_sweep_has_columns_of_what_was_heard_and_others_have_none() {
+fn a_sweep_with_water_has_columns_of_pressure_and_others_have_none() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = |scene: &str, out: &str, more: &[&str]| {
         let base = ["sweep", "--scene", scene, "--vary", "alpha=0.2,0.4", "--out", out, "--quiet"];

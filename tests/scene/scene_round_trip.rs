@@ -221,7 +221,7 @@ fn analyse(scene: &mut Scene, analysis: Analysis) {
     }
 }
 
-/// A horn, a holder and losses, as far as they have an effect in the scene.
+/// A horn, a bead guide and losses, as far as they have an effect in the scene.
 fn affect(scene: &mut Scene, (which, one, other): (u32, f64, f64)) {
     let has = |bit: u32| which >> bit & 1 == 1;
     let is_chain = scene.model.kind == ModelKind::Chain;

@@ -175,8 +175,8 @@ fn calibrate_takes_a_level_and_fits_with_what_it_says() {
     let run = calibrate(&["--accuracy", "5%"]);
     assert_says(&run, 0, &parts);
     let outcome: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
-    let told = outcome["overrides"].to_string();
-    assert!(sets.iter().all(|set| told.contains(set.as_str())), "{told}");
+    let applied = outcome["overrides"].to_string();
+    assert!(sets.iter().all(|set| applied.contains(set.as_str())), "{applied}");
     let alpha = &outcome["parameters"]["alpha"];
     let number = |key: &str| alpha[key].as_f64().unwrap();
     // The record is its own model's, so that its α of 1 lies within a few half-widths of the interval.

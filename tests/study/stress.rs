@@ -16,7 +16,7 @@ fn examined(cases: &[u32], overrides: &[&str]) -> StressOutcome {
 }
 
 #[test]
-fn every_case_has_a_number_a_sentence_and_a_rung() {
+fn every_case_has_a_number_a_sentence_and_a_model() {
     let numbers: Vec<u32> = CASES.iter().map(|case| case.number).collect();
     assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]), "{numbers:?}");
     assert!(CASES.iter().all(|case| case.what.ends_with('.') && !case.rungs.is_empty()));
@@ -97,6 +97,6 @@ impl Watch for Stopped {
 }
 
 #[test]
-fn once_told_to_stop_nothing_runs() {
+fn once_stopped_nothing_runs() {
     assert_eq!(run(&plan(&[], &[]), &Bodies::new(None), &Stopped), StressOutcome::default());
 }

@@ -1,15 +1,15 @@
-//! How far a record is from the model, measured by how far single runs of the model are from it.
+//! Posterior predictive p-value: how well the model explains a record, compared with runs of the model itself.
 //!
-//! Near the answer every run is in turn taken for the record: it is left out, what all others expect at its place is found by the regression of
-//! [`super::likelihood`], the parameters may take up what they can, and what is left is
+//! Each run near the answer takes the place of the record in turn (leave-one-out). The other runs give its expected
+//! features, by the regression of [`super::likelihood`]. The parameters are refitted, and the residual is
 //!
 //! T = Σ_records rᵀ Σ⁻¹ r.
 //!
-//! The record's own T stands in the distribution of these: p is the share of runs that are as far from the model as the record, so a right model
-//! is called wrong as often as p says, whatever the model, the features and the number of records, and no further run is made for it. Where the
-//! record lies beyond all runs the tail is that of ln T as a Student t.
+//! p is the share of these runs whose T is at least that of the record. A correct model is thus rejected with
+//! probability p, for any model, set of features and number of records, and without further runs. If the record lies
+//! beyond all runs, the tail of ln T is taken as a Student t.
 //!
-//! Runs come from the model itself: what the model is known to be off by (the nuggets) is drawn into them, since the record has it too.
+//! Each run also gets the known error of the model (the nuggets), since the record has it too.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -22,37 +22,35 @@ use super::{likelihood::TrainingRuns, residue::Residue};
 /// p below which the model does not explain the record.
 pub const OUTSIDE: f64 = 0.01;
 
-/// p below which the agreement is doubtful.
+/// p below which the verdict is doubtful.
 pub const DOUBTFUL: f64 = 0.05;
 
-/// Runs nearest to the answer that are taken for records.
+/// Most runs near the answer used as reference.
 const REFERENCES: usize = 150;
 
-/// Fewest that make a distribution.
 const FEWEST: usize = 30;
 
-/// Runs at least as far as the record from which their share is p; with fewer the tail is a model.
+/// Fewest runs beyond the record for which p is their share; with fewer, the tail is modelled.
 const COUNTED: usize = 5;
 
 /// Mean of the exponential prior of γ, as in `BSLmisspec` (Frazier & Drovandi, J. Comput. Graph. Stat. 30 (2021) 958).
 const PRIOR: f64 = 0.5;
 
-/// The record among runs taken for records.
+/// The record compared with reference runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
-    /// Share of right records that are as far from the model as this one; of several records the least of theirs, times their number, or that
-    /// of all together, twice whichever is less.
+    /// p-value: the share of reference runs that fit as badly as the record. For several records: twice the smaller of
+    /// their joint p and of the least single p times their number.
     pub p: f64,
-    /// p of each record by itself.
+    /// p of each record alone.
     pub records: Vec<f64>,
-    /// What is left of the record's features at the answer, r/σ.
+    /// Residual of each feature of the record after the fit, r/σ.
     pub pulls: Vec<f64>,
-    /// Runs that were taken for records.
     pub references: usize,
 }
 
 impl Agreement {
-    /// Of the record at the point `at` of the box; `None` where too few runs lie around it.
+    /// Compares the record at the point `at` of the box; `None` if there are too few runs around it.
     #[must_use]
     pub fn of(training: &TrainingRuns, at: &[f64], seed: u64) -> Option<Self> {
         let local = training.regress(at)?;
@@ -88,7 +86,8 @@ impl Agreement {
     }
 }
 
-/// γ² of features with these pulls: the most likely ones under an exponential prior. 0 up to some three scatters.
+/// γ² of each feature: the most likely value under an exponential prior; 0 for residuals up to about three standard
+/// deviations.
 #[must_use]
 pub(crate) fn inflation(pulls: &[f64]) -> Vec<f64> {
     pulls.iter().map(|pull| most_likely_inflation(*pull)).collect()
@@ -106,7 +105,7 @@ fn most_likely_inflation(pull: f64) -> f64 {
     gamma.unwrap_or(0.0).powi(2)
 }
 
-/// Probability of a statistic as large as `own`, by those of `others`.
+/// Probability of a statistic of at least `own`, estimated from `others`.
 fn share_beyond(own: f64, others: Vec<f64>) -> f64 {
     tail_share(own, &others, |logarithms, mean| {
         let n = logarithms.len() as f64;
@@ -115,8 +114,8 @@ fn share_beyond(own: f64, others: Vec<f64>) -> f64 {
     })
 }
 
-/// Share of `others` as large as `own`; where hardly any is, by the tail of their logarithms as a Student t, of which `tail` says degrees of freedom and
-/// scale from the logarithms and their mean.
+/// Share of `others` that are at least `own`. If there are very few, the tail of the logarithms is taken as a Student
+/// t; `tail` gives degrees of freedom and scale from the logarithms and their mean.
 pub(crate) fn tail_share(own: f64, others: &[f64], tail: impl Fn(&[f64], f64) -> (f64, f64)) -> f64 {
     let count = others.len() as f64;
     let beyond = others.iter().filter(|other| **other >= own).count();

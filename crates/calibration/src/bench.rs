@@ -1,4 +1,4 @@
-//! The bench on which one record was made: a scene by name, what was changed in it, and the drive recorded there.
+//! Bench of one record: a scene with its changes, and the recorded drive.
 
 use std::path::Path;
 
@@ -6,31 +6,31 @@ use super::drive::{Input, RecordedDrive};
 use granchain_model::scene::{Limits, ModelKind, Scene, SceneError, SceneText};
 use granchain_record::{MeasurementError, ReadOptions, sha256};
 
-/// A scene under any further overrides.
+/// A scene to which further overrides can be applied.
 #[derive(Debug, Clone)]
 pub struct Bench {
     /// Built-in scene or scene file, as named.
     pub source: String,
-    /// What stood there when it was read.
+    /// Text of the scene when it was read.
     pub text: SceneText,
     /// The overrides in force, in order.
     pub overrides: Vec<String>,
-    /// Model where the scene names none.
+    /// Model used if the scene names none.
     pub preferred: ModelKind,
-    /// What takes the place of the scene's own drive.
+    /// Recorded drive, which replaces the scene's own.
     pub drive: Option<RecordedDrive>,
-    /// Whether the drive's frequency was stated for all files, whatever they say themselves.
+    /// Whether the drive frequency was stated for all files, overriding their own.
     pub frequency_stated: bool,
-    /// What was assumed on reading, for people.
+    /// Assumptions made while reading, as text.
     pub assumptions: Vec<String>,
-    /// What a run of it may ask for.
+    /// Limits on time and memory of a run.
     pub limits: Limits,
 }
 
-/// How a horn tip is read.
+/// Function that reads a horn-tip record.
 pub(crate) type ReadDrive = fn(&Path, &ReadOptions) -> Result<RecordedDrive, MeasurementError>;
 
-/// Why there is no bench.
+/// Why a bench cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchError {
@@ -41,7 +41,8 @@ pub enum BenchError {
 }
 
 impl Bench {
-    /// A scene that is driven by the record `drive`, else by what the scene says; where that is a record too it is read here.
+    /// Reads a scene driven by the record `drive`, or else as the scene states; a record named by the scene is read
+    /// here.
     ///
     /// # Errors
     /// [`BenchError`].
@@ -83,13 +84,13 @@ impl Bench {
         Ok(drive.drive(scene, overrides.iter().any(|set| sets(set, "duration"))))
     }
 
-    /// The scene file and the digest of what was read of it; none of a built-in scene.
+    /// The scene file and its digest; `None` for a built-in scene.
     #[must_use]
     pub fn scene_file(&self) -> Option<Input> {
         self.text.file().map(|(path, text)| Input { path: path.into(), sha256: sha256(text.as_bytes()) })
     }
 
-    /// What looks wrong in the record that drives.
+    /// Warnings about the drive record.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         self.drive.as_ref().map_or(&[], |drive| &drive.warnings)
@@ -101,7 +102,7 @@ impl Bench {
         self.overrides.iter().any(|set| sets(set, key))
     }
 
-    /// Which model was taken where neither overrides nor notes name one, in words; `None` where they do.
+    /// Which model was chosen, as text, if neither overrides nor notes name one.
     ///
     /// # Errors
     /// [`SceneError`].
@@ -123,7 +124,7 @@ impl Bench {
     }
 }
 
-/// Whether `KEY=VALUE` is about this key.
+/// Whether the assignment `KEY=VALUE` sets `key`.
 #[must_use]
 pub fn sets(assignment: &str, key: &str) -> bool {
     assignment.split('=').next().is_some_and(|name| name.trim() == key)

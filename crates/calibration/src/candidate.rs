@@ -1,4 +1,4 @@
-//! What one calibration compares: damping laws and, where the far end is a disc, its mounts.
+//! Candidates that one calibration compares: damping laws and, with a disc, its mounts.
 
 use super::{
     bench::Bench,
@@ -11,13 +11,13 @@ use granchain_signal::feature::Measurand;
 
 const MOUNTS: [Rim; 3] = [Rim::Clamped, Rim::Supported, Rim::Free];
 
-/// One damping law on one mount.
+/// One damping law with one mount.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     pub law: String,
-    /// The mount, where mounts are compared.
+    /// The mount, if mounts are compared.
     pub mount: Option<Rim>,
-    /// The scene of every record, with both.
+    /// The scene of every record, with this law and mount.
     pub scenes: Vec<Scene>,
     pub parameters: Vec<Parameter>,
 }
@@ -40,14 +40,14 @@ impl Candidate {
         }
     }
 
-    /// The scene of the first record: what is corrected above the chain.
+    /// The scene of the first record, used above the chain.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scenes[0]
     }
 }
 
-/// Every law on every mount that is compared, on the bench of every record; what was taken for granted goes to `assumptions`.
+/// Every law with every mount, on the bench of every record; assumptions are added to `assumptions`.
 ///
 /// # Errors
 /// Mounts of a scene without a disc, unknown ones, and ones that cannot be; whatever is wrong with a scene or its parameters.

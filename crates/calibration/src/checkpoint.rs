@@ -1,4 +1,4 @@
-//! The state of a search on disk, so that a killed fit goes on where it was.
+//! State of a search on disk, so that a killed fit can continue.
 
 use std::{
     fs,
@@ -23,11 +23,11 @@ use granchain_record::{
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    #[error("{path}: the saved search cannot be read; pass --force without --resume to begin anew", path = path.display())]
+    #[error("{path}: the saved search cannot be read; pass --force without --resume to start again", path = path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },
-    #[error("{path}: the saved search is damaged; pass --force without --resume to begin anew", path = path.display())]
+    #[error("{path}: the saved search is damaged; pass --force without --resume to start again", path = path.display())]
     Damaged { path: PathBuf, source: serde_json::Error },
-    #[error("{path}: the saved search is not used: {source}; pass --force without --resume to begin anew", path = path.display())]
+    #[error("{path}: the saved search is not used: {source}; pass --force without --resume to start again", path = path.display())]
     Broken { path: PathBuf, source: BrokenSeal },
     #[error(
         "{path}: expected runs, features and batches of this fit, found numbers of them that it cannot have; pass --force without --resume to start over",
@@ -36,12 +36,12 @@ pub enum CheckpointError {
     Impossible { path: PathBuf },
     #[error(
         "{path}: the saved search belongs to another fit (other record, drive, scene, bounds, seed or version); repeat \
-         the command that began it, give another --out, or pass --force without --resume to begin anew", path = path.display()
+         the command that began it, give another --out, or pass --force without --resume to start again", path = path.display()
     )]
     OtherFit { path: PathBuf },
 }
 
-/// A file that always holds the last whole batch: written beside, then renamed.
+/// A file that always holds the last complete batch; it is written under a temporary name, then renamed.
 #[derive(Debug, Clone)]
 pub struct SearchCheckpoint {
     path: PathBuf,
@@ -55,13 +55,13 @@ struct Saved<S> {
 }
 
 impl SearchCheckpoint {
-    /// A checkpoint at `path` for the fit whose inputs and settings digest to `key`.
+    /// A checkpoint at `path`; `key` is the digest of the inputs and settings of the fit.
     #[must_use]
     pub fn new(path: &Path, key: &str) -> Self {
         Self { path: path.to_owned(), key: key.to_owned() }
     }
 
-    /// One beside it for a further search of the same fit; number 0 is itself.
+    /// The checkpoint of a further search of the same fit; number 0 is this one.
     #[must_use]
     pub fn numbered(&self, number: usize) -> Self {
         let mut numbered = self.clone();
@@ -71,7 +71,7 @@ impl SearchCheckpoint {
         numbered
     }
 
-    /// What was saved there cannot be.
+    /// Error for a saved state that no search can have.
     pub(crate) fn impossible(&self) -> CheckpointError {
         CheckpointError::Impossible { path: self.path.clone() }
     }

@@ -1,4 +1,4 @@
-//! What every run is compared with, and how a run is reduced for it: a record's fingerprint, or published features.
+//! Comparison of runs with a record or with published features: conditioning, features and their weights.
 
 use std::{borrow::Cow, collections::BTreeMap};
 
@@ -16,74 +16,74 @@ use granchain_signal::{
     feature::{Measurand, fingerprint::Fingerprint},
 };
 
-/// Drive periods allowed between the piston's first motion and the onset at the last bead: the pulse needs a few through
-/// the chain, a weak drive a few more before it crosses the threshold.
+/// Drive periods allowed between the piston's first motion and the onset at the last bead: a few for the pulse through
+/// the chain, and more for a weak drive to reach the threshold.
 const ONSET_ALLOWANCE: f64 = 25.0;
 
-/// Drive periods allowed between the end of the burst and where the answer has fallen: a few through the chain, and those over which its
-/// strength is taken.
+/// Drive periods allowed between the end of the burst and the decay: a few through the chain, and those over which the
+/// rms is taken.
 const FALL_ALLOWANCE: f64 = 15.0;
 
-/// Drive periods behind the end of the burst in which a record may end without showing that it falls.
+/// Drive periods after the burst within which a record may end before its decay is visible.
 const UNSEEN_FALL: f64 = 3.0;
 
-/// Drive periods run beyond what a fingerprint needs, where the onset is known from another fidelity level: it may come that much later, and
-/// the filter's edge lies outside.
+/// Drive periods simulated beyond the fingerprint if the onset is known from another fidelity level: the onset may
+/// come that much later, and the filter needs a margin.
 const AFTER_ONSET: f64 = 3.0;
 
-/// Drive periods run beyond the end of an analysis window, so that the filter's edge lies outside it.
+/// Drive periods simulated beyond the end of an analysis window, as a margin for the filter.
 const AFTER_WINDOW: f64 = 2.0;
 
-/// β of a pressure: 27 features of 40 neighbours judge more sharply than 22. With the power of a velocity the first twins' α was missed; see
-/// `docs/validation.md` for the counts.
+/// Tempering exponent β for a pressure: 27 features of 40 neighbours make intervals narrower than 22 features do. With
+/// the exponent of a velocity the first synthetic records missed α; for the counts see `docs/validation.md`.
 const PRESSURE_POWER: f64 = 0.35;
 
-/// How a conditioned trace becomes features z.
+/// Conversion of a conditioned trace to features z.
 #[derive(Debug, Clone)]
 pub enum Reduction {
-    /// Of a record: onset, early peaks, bands.
+    /// For a record: onset, early peaks, bands.
     Fingerprint(Fingerprint),
-    /// Of a publication: one z a statement.
+    /// For published features: one z per statement.
     Printed(Printed),
 }
 
-/// The yardstick of a fit.
+/// The quantities to be fitted and how runs are compared with them.
 #[derive(Debug, Clone)]
 pub struct Comparison {
     /// Cutoff applied to every run, Hz.
     pub cutoff: f64,
-    /// Stated bandwidth of the instrument that recorded, Hz: runs pass through it too where it is below the cutoff.
+    /// Stated bandwidth of the instrument, Hz; runs are filtered by it too if it is below the cutoff.
     pub bandwidth: Option<f64>,
-    /// Where every run is clipped after its noise, below and above, m/s or Pa: as the record's input was.
+    /// Clipping levels of the record's input, below and above, m/s or Pa; every run is clipped there after its noise.
     pub clipped: [Option<f64>; 2],
-    /// Stretches in which the record has no valid samples, counted from its landmark: every run is bridged there alike.
+    /// Stretches in which the record has no valid samples, relative to its alignment reference; every run is bridged
+    /// there too.
     pub masked: Vec<Gap>,
-    /// Interval of the record's samples, s: where between two of them a gap begins in a run is drawn.
+    /// Interval of the record's samples, s; the position of a gap between two samples is drawn for each run.
     pub sampling: f64,
-    /// Spectral density of the noise every run is given, one-sided, (m/s)²/Hz or Pa²/Hz.
+    /// Spectral density of the noise added to every run, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
     /// Density of the 1/f part of that noise times the frequency, (m/s)² or Pa².
     pub flicker: f64,
-    /// Density of what rounding adds to the noise of a moving signal, (m/s)²/Hz or Pa²/Hz.
+    /// Additional noise density from rounding a moving signal, (m/s)²/Hz or Pa²/Hz.
     pub rounding: f64,
-    /// Number of independent quiet samples of the record that tell its noise.
+    /// Number of independent quiet samples from which the noise was estimated.
     pub noise_freedom: f64,
-    /// Number of shots that the record is the mean of.
+    /// Number of shots averaged in the record.
     pub averages: usize,
     pub reduction: Reduction,
-    /// Features z₀ to be met.
+    /// Features z₀ of the record.
     pub features: Vec<f64>,
     /// Smallest scatter allowed to each feature, in ln.
     pub nuggets: Vec<f64>,
-    /// Weight of each feature on the log-likelihood's quadratic form; 1 unless asked for, 0 leaves it out.
+    /// Weight of each feature in the log-likelihood's quadratic form; 1 by default, 0 leaves it out.
     pub weights: Vec<f64>,
-    /// β, the power on the likelihood for which 90 % intervals were found to cover 90 % of twins.
+    /// Tempering exponent β of the likelihood, for which 90 % intervals cover 90 % of synthetic records.
     pub power: f64,
-    /// Standard deviation of the logarithm of an unknown factor on what was recorded, 1.
+    /// Standard deviation of the logarithm of the instrument's unknown sensitivity factor, 1.
     pub sensitivity: f64,
 }
 
-/// Weights that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum WeightError {
@@ -155,7 +155,7 @@ impl Comparison {
         }
     }
 
-    /// The number that feature `index` is to meet, SI; `None` for a one-sided statement.
+    /// Recorded value of feature `index`, SI; `None` for a one-sided statement.
     #[must_use]
     pub fn measured(&self, index: usize) -> Option<f64> {
         match &self.reduction {
@@ -167,7 +167,7 @@ impl Comparison {
         }
     }
 
-    /// The same of a record whose every amplitude is `factor` times as large.
+    /// The same for a record with all amplitudes multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Option<Self> {
         let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
@@ -183,7 +183,8 @@ impl Comparison {
         })
     }
 
-    /// How each feature z moves with the logarithm of a factor on the trace: 1 of an amplitude, less where it is lost in the floor, 0 of a ratio.
+    /// Derivative of each feature z with respect to the logarithm of a factor on the trace: 1 for an amplitude, less
+    /// near the floor, 0 for a ratio.
     #[must_use]
     pub fn answers(&self) -> Vec<f64> {
         let answer = |(index, z): (usize, &f64)| match self.amplitude(index, *z) {
@@ -194,7 +195,7 @@ impl Comparison {
         self.features.iter().enumerate().map(answer).collect()
     }
 
-    /// The number behind a value z of feature `index`, SI; `None` for a printed statement.
+    /// Value behind z of feature `index`, SI; `None` for a published statement.
     #[must_use]
     pub fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
         match &self.reduction {
@@ -225,7 +226,7 @@ impl Comparison {
         }
     }
 
-    /// How long a run must be under `drive`, s.
+    /// Required duration of a run under `drive`, s.
     #[must_use]
     pub fn duration(&self, drive: &Drive) -> f64 {
         match &self.reduction {
@@ -239,8 +240,8 @@ impl Comparison {
         }
     }
 
-    /// First crossing of the onset threshold by a conditioned trace, s; `None` where it stays below, or where features are measured in
-    /// the model's own time, before a fall, or nobody knows where.
+    /// First crossing of the onset threshold by a conditioned trace, s; `None` if there is none, or if the comparison
+    /// does not align by onset.
     #[must_use]
     pub fn onset(&self, trace: &Series) -> Option<f64> {
         match &self.reduction {
@@ -251,8 +252,9 @@ impl Comparison {
         }
     }
 
-    /// A trace as a record has it that begins nobody knows where in the answer: what lies before a place drawn evenly, from the onset to the last that
-    /// leaves enough before the answer is seen to fall, is gone. Any other comparison changes nothing and draws nothing.
+    /// Cuts the beginning of a trace if the record's position in the response is unknown: the start is drawn uniformly
+    /// between the onset and the last start that leaves enough before the decay. Other comparisons leave the trace
+    /// unchanged.
     pub(super) fn begun(&self, mut trace: Series, drive: &Drive, random: &mut impl Rng) -> Series {
         if let Reduction::Fingerprint(fingerprint) = &self.reduction
             && fingerprint.lies_somewhere()
@@ -266,7 +268,7 @@ impl Comparison {
         trace
     }
 
-    /// Bridge a run where the record is bridged; `filtered` is the run as features see it, by which the two are aligned.
+    /// Bridges a run where the record is bridged; the alignment uses `filtered`, the run as conditioned for features.
     ///
     /// - `within`: where between two samples of the record a gap begins, −½ to ½
     pub(super) fn bridge(&self, trace: &mut Series, filtered: &Series, within: f64) {
@@ -278,14 +280,14 @@ impl Comparison {
         }
     }
 
-    /// How long a run must be that crosses the onset threshold at `onset`, s; `None` where onsets mean nothing.
+    /// Required duration of a run with its onset at `onset`, s; `None` if onsets are not used.
     #[must_use]
     pub(crate) fn end_of_run(&self, onset: f64, drive: &Drive) -> Option<f64> {
         let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
         Some(onset + (fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency)
     }
 
-    /// Features z of a conditioned trace (m/s or Pa), or why there are none.
+    /// Features z of a conditioned trace (m/s or Pa).
     ///
     /// # Errors
     /// What the fingerprint or the printed features say.

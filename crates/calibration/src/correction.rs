@@ -1,16 +1,17 @@
-//! The correction: where to run the fidelity level above the chain, as an argmin solver.
+//! Multi-fidelity correction: where to run the fidelity level above the chain, as an argmin solver.
 //!
-//! Rounds of pairs ([`Pair`]), each a run of the chain and one of the fidelity level above under the same nuisances. The first round is drawn from
-//! what the chain's search left, widened by what the fidelity levels may differ; every further one from the answer of the rounds before, widened
-//! anew while that answer moves or leans on the edge of what the runs cover. It ends when the answer stands still, or after
+//! The correction makes rounds of pairs ([`Pair`]): a run of the chain and one of the level above, with the same
+//! nuisances. The first round is drawn from the chain's posterior, widened by the expected difference between the
+//! levels. Each further round is drawn from the posterior so far. It is widened again while the answer still moves, or
+//! while it lies at the edge of the region covered by runs. The correction ends when the answer is stable, or after
 //! [`MOST_ROUNDS`].
 //!
-//! Where most upper runs of a round fail, or none comes near the record, the place is empty: the record's own parameters make runs that
-//! finish and resemble it. The correction then looks for itself, once, as the search does on the chain: a round scattered over the whole
-//! box, three around the best runs found, and from there on as above.
+//! If most upper runs of a round fail, or none comes near the record, the region is wrong: runs at the true parameters
+//! finish and resemble the record. A separate global search is then made once: a round scattered over the whole box,
+//! three around the best runs found, and rounds as above.
 //!
-//! The answer is read from the runs of the upper fidelity level alone, by the regression of [`super::likelihood`]: the chain decides where they
-//! are made, never what comes out.
+//! The answer is read from the runs of the upper level only, by the regression of [`super::likelihood`]. The chain
+//! decides where runs are made and does not enter the result.
 
 use argmin::core::{Error, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
 use rand::{Rng, SeedableRng};
@@ -31,78 +32,80 @@ use super::{
 /// Pairs of the first round of one or two parameters.
 const FIRST_ROUND: usize = 48;
 
-/// Pairs of a further round of one or two parameters: a multiple of the runs that go side by side.
+/// Pairs of a further round for one or two parameters: a multiple of the number of parallel runs.
 const FURTHER_ROUND: usize = 16;
 
-/// The same where the answer leans on the edge of what the runs cover, or the box is looked through anew: there it is not known where it lies.
+/// The same if the answer lies at the edge of the covered region, or in a global search.
 const LEANING_ROUND: usize = 32;
 
-/// Fewest rounds: two would leave the answer to runs that were drawn before anything of the upper fidelity level was known.
+/// Fewest rounds: with two, most runs would have been drawn before anything was known of the upper level.
 const FEWEST_ROUNDS: usize = 3;
 
 /// Most rounds, not counting those of a restart.
 pub const MOST_ROUNDS: usize = 5;
 
-/// Share of a round's upper runs that have to finish: around the record's own parameters nearly all do.
+/// Least share of a round's upper runs that must finish; near the true parameters nearly all do.
 const FINISHING: f64 = 0.5;
 
-/// Misfit of the best upper run above which nothing made so far comes near the record: three scatters in every feature. 25 is the most.
+/// Misfit of the best upper run above which no run is near the record: three standard deviations in every feature. The
+/// maximum is 25.
 const FAR: f64 = 9.0;
 
-/// Pairs of the round that is scattered over the whole box.
+/// Pairs of the round scattered over the whole box.
 const SCATTERED_ROUND: usize = 96;
 
-/// Sizes of the elites of the rounds that follow it.
+/// Sizes of the elites of the rounds after it.
 const ELITES: [usize; 3] = [16, 12, 10];
 
-/// Runs that FIT is the median misfit of: about as large a share as the ten best of a search's 600.
+/// Number of best runs whose median misfit is reported: about the same share as the ten best of a search's 600.
 pub const BEST: usize = 3;
 
-/// Most pairs where the chain points to the right place.
+/// Most pairs without a global search.
 #[must_use]
 pub(crate) fn most_pairs(dimension: usize) -> usize {
     sized(FIRST_ROUND, dimension) + (MOST_ROUNDS - 1) * sized(FURTHER_ROUND, dimension)
 }
 
-/// A round for so many parameters: as many runs more as the regression has neighbours more.
+/// Round size for `dimension` parameters: grows in proportion to the neighbours of the regression.
 fn sized(round: usize, dimension: usize) -> usize {
     round * neighbours(dimension) / neighbours(2)
 }
 
-/// By how much the fidelity levels may differ in the logarithm of a parameter: the standard deviation that widens a round.
+/// Expected difference between the levels in the logarithm of a parameter: standard deviation by which a round is
+/// widened.
 const WIDENING: f64 = 0.06;
 
-/// The same once the answer of the upper fidelity level is roughly known.
+/// The same once the upper level's answer is roughly known.
 const FINER_WIDENING: f64 = 0.01;
 
-/// Move of a median over a round, in half-widths of its interval, below which the answer stands still.
+/// Move of a median in a round, in half-widths of its interval, below which the answer is stable.
 const STILL: f64 = 0.5;
 
-/// The same, above which the next round is widened as the first was.
+/// Move above which the next round is widened as much as the first.
 const MOVING: f64 = 1.0;
 
-/// Share of its extent by which the region covered by runs is trusted beyond them.
+/// Margin around the region covered by runs within which the regression is used, as a share of the region's extent.
 const MARGIN: f64 = 0.25;
 
-/// Share of its extent within which an interval leans on the edge of that region.
+/// Distance from the edge of that region, as a share of its extent, below which an interval counts as touching it.
 const EDGE: f64 = 0.02;
 
-/// The correction with everything it has found: all that a checkpoint needs.
+/// State of the correction, as stored in a checkpoint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Correction {
     /// Every pair so far, in order.
     pub pairs: Vec<Pair>,
     /// Number of pairs in each round made.
     pub rounds: Vec<usize>,
-    /// The answer of all pairs, where it is at hand: what a checkpoint has brought back finds it again.
+    /// Posterior of all pairs, if already computed.
     #[serde(skip)]
     latest: Option<Posterior>,
-    /// How far the last round moved the answer, and whether the answer leans on the edge of what the runs cover.
+    /// Change of the answer in the last round.
     motion: Motion,
-    /// Rounds made when the box was to be looked through anew.
+    /// Number of rounds before the global search.
     restarted: Option<usize>,
     seed: u64,
-    /// Runs made on the fidelity levels below, behind which its own are numbered.
+    /// Runs made on the levels below; the numbers of this level follow them.
     before: usize,
     searched: Vec<Run>,
     spans: Vec<f64>,
@@ -110,7 +113,7 @@ pub struct Correction {
     nuggets: Vec<f64>,
     weights: Vec<f64>,
     power: f64,
-    /// Of one record what is not known of its instrument, and how features answer.
+    /// For one record: uncertainty of the sensitivity factor (ln) and response of each feature to it.
     sensitivity: (f64, Vec<f64>),
 }
 
@@ -129,30 +132,29 @@ pub struct LevelDifference {
     pub difference: f64,
     /// Scatter of that of a single pair.
     pub difference_scatter: f64,
-    /// Standard error of `difference`.
     pub standard_error: f64,
 }
 
-/// What is taken from the features of both fidelity levels of a pair, lower first.
+/// Selects or combines the features of both levels of a pair, lower first.
 type Features<'a> = &'a dyn Fn(&[f64], &[f64]) -> Vec<f64>;
 
-/// What the last round did to the answer.
+/// Change of the answer in the last round.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Motion {
-    /// Largest move of a median, in half-widths of its interval; absent where there is no answer before it.
+    /// Largest move of a median, in half-widths of its interval; `None` without an earlier answer.
     drift: Option<f64>,
-    /// Whether an interval ends at the edge of what the runs cover.
+    /// Whether an interval ends at the edge of the region covered by runs.
     leans: bool,
 }
 
 impl Correction {
-    /// A correction of what `searched` found on the chain.
+    /// A correction that starts from the chain's runs `searched`.
     #[must_use]
     pub fn new(fidelity: &FidelityLevel, searched: &[Run], seed: u64) -> Self {
         Self::above(fidelity, searched, searched.len(), seed)
     }
 
-    /// A correction of what the runs of the fidelity level below found, the last of the `before` runs of all fidelity levels below.
+    /// A correction that starts from the runs of the level below; `before` counts the runs of all levels below.
     #[must_use]
     pub(crate) fn above(fidelity: &FidelityLevel, searched: &[Run], before: usize, seed: u64) -> Self {
         let chain = fidelity.chain();
@@ -174,7 +176,7 @@ impl Correction {
         }
     }
 
-    /// Whether this, read back, may be what the correction `fresh` became.
+    /// Whether this saved state can belong to the correction `fresh`.
     pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
         let lengths = |it: &Self| {
             let of_features = [it.observed.len(), it.nuggets.len(), it.weights.len(), it.sensitivity.1.len()];
@@ -188,7 +190,7 @@ impl Correction {
             && self.pairs.iter().flat_map(|pair| [&pair.lower, &pair.upper]).all(|run| run.is_of(dimension, features))
     }
 
-    /// Take up a round that was made: what it moved, and whether it shows an empty place. Returns misfit and position of the best run.
+    /// Adds a round and updates the state. Returns misfit and position of the best run.
     fn take(&mut self, pairs: Vec<Pair>) -> Option<(f64, Vec<f64>)> {
         self.rounds.push(pairs.len());
         self.pairs.extend(pairs);
@@ -217,13 +219,13 @@ impl Correction {
         rounds >= MOST_ROUNDS || (rounds >= FEWEST_ROUNDS && settled)
     }
 
-    /// Whether the chain pointed to an empty place, so that the box was looked through anew.
+    /// Whether a global search was made because the chain's region was wrong.
     #[must_use]
     pub fn restarted(&self) -> bool {
         self.restarted.is_some()
     }
 
-    /// Whether the answer leans on the edge of what the runs cover: it may lie beyond.
+    /// Whether the answer lies at the edge of the region covered by runs, and may lie outside it.
     #[must_use]
     pub fn leans(&self) -> bool {
         self.motion.leans
@@ -235,13 +237,13 @@ impl Correction {
         self.latest.clone().or_else(|| self.posterior(self.pairs.len()))
     }
 
-    /// The upper fidelity level's runs of the first `count` pairs as the regression sees them.
+    /// The upper level's runs of the first `count` pairs, for the regression.
     #[must_use]
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         self.cloud_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
     }
 
-    /// Runs of a correction, which cover a part of the box, as the regression sees them.
+    /// Runs of a correction, which cover only part of the box, for the regression.
     fn cloud_within<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone) -> TrainingRuns {
         let finished = runs.clone().filter(|run| run.outcome.is_ok()).count();
         let (low, high) = reach(runs.clone().map(|run| run.position.as_slice()), self.spans.len());
@@ -249,8 +251,8 @@ impl Correction {
         framed(training, self.spans.len()).within(low, high)
     }
 
-    /// How far the fidelity levels differ at a point: both fidelity levels' expected features, and the mean and scatter of the differences of pairs, all by
-    /// local regression. Empty where that is impossible.
+    /// Difference between the levels at a point, by local regression: expected features of both levels, mean and
+    /// scatter of the differences of pairs. Empty if a regression is impossible.
     #[must_use]
     pub fn differences(&self, at: &[f64]) -> Vec<LevelDifference> {
         let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
@@ -310,7 +312,7 @@ impl Correction {
         }
     }
 
-    /// A round from the answer so far, or from the chain's, widened.
+    /// Draws a round from the widened posterior so far, or from the chain's.
     fn drawn(&self, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
         let dimension = self.spans.len();
         let made = self.pairs.len();
@@ -366,7 +368,7 @@ impl Correction {
     }
 }
 
-/// The corners of the region that positions cover, with a margin, inside the unit box.
+/// Corners of the region that positions cover, with a margin, inside the unit box.
 fn reach<'a>(positions: impl Iterator<Item = &'a [f64]>, dimension: usize) -> (Vec<f64>, Vec<f64>) {
     let (mut low, mut high) = (vec![f64::INFINITY; dimension], vec![f64::NEG_INFINITY; dimension]);
     for position in positions {
@@ -383,7 +385,7 @@ fn reach<'a>(positions: impl Iterator<Item = &'a [f64]>, dimension: usize) -> (V
 
 impl Solver<FidelityLevel, SearchState> for Correction {
     fn name(&self) -> &'static str {
-        "correction on the rung above"
+        "correction on the fidelity level above"
     }
 
     fn next_iter(

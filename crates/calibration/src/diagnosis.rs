@@ -1,10 +1,10 @@
-//! Why a record is not explained, by cause: each cause that a laboratory knows is taken for true, and asked whether the record then stands where
-//! a right one would.
+//! Likely causes if the model does not explain a record: each cause is assumed in turn, and its p-value is computed.
 //!
-//! Two need no further run, for the runs of the fit are judged anew: the other sign, and a factor on all amplitudes (a sensitivity).
-//! The others are searched on the chain with a few hundred runs each: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of
-//! another radius, modulus or material, other end faces, another support, an open first gap, the other damping law. What explains the record is named,
-//! most likely first; nothing is named that does not. Causes that explain it about as well are marked as equivalent.
+//! Two causes need no further run, since the existing runs are judged again: a wrong sign, and a factor on all
+//! amplitudes (sensitivity). The others take a few hundred runs of the chain each: powers of ten (a unit), the horn's
+//! sign, one bead more or fewer, beads of another radius, modulus or material, other end faces, another support, an
+//! open first gap, the other damping law. Causes that explain the record are named, most likely first; no others are.
+//! Causes that explain it about equally well are marked as equivalent.
 
 use std::sync::Arc;
 
@@ -30,43 +30,41 @@ use granchain_model::{
 };
 use granchain_signal::Series;
 
-/// p from which a cause leaves nothing to look for.
+/// p above which the search for causes stops.
 const EXPLAINED: f64 = 0.3;
 
-/// Factors of a unit or a range that was mistaken.
+/// Factors of a wrong unit or range.
 const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
 
-/// Most causes that are named.
 const NAMED: usize = 3;
 
-/// Most of them where all explain the record equally well.
+/// Most causes named if all explain the record equally well.
 const EQUIVALENT: usize = 6;
 
-/// Share of the best cause's p from which another explains a record as well.
+/// Share of the best cause's p above which another cause is equivalent.
 const AS_WELL: f64 = 0.3;
 
 /// Runs of a search for one cause.
 const RUNS: usize = 300;
 
-/// Times that p has to grow for a cause to be named that leaves the agreement doubtful.
+/// Factor by which p must grow for a cause that leaves the verdict doubtful.
 const BETTER: f64 = 30.0;
 
-/// Least p of a cause that is named.
+/// Least p of a named cause.
 const LEAST: f64 = 0.01;
 
-/// Standard deviation of ln of a factor that nobody knows.
+/// Standard deviation of ln of a free factor.
 const ANY_FACTOR: f64 = 3.0;
 
-/// Least |ln| of a factor that is worth a word: no vibrometer is a tenth off.
+/// Least |ln| of a factor that is reported: larger than the calibration error of any vibrometer.
 const FACTOR: f64 = 0.1;
 
-/// Shots of a mean that nobody stated.
+/// Assumed number of shots of an unstated average.
 const SHOTS: usize = 16;
 
-/// Change of the beads' radius that is tried, both ways.
+/// Relative change of the bead radius that is tried, both ways.
 const RADIUS: f64 = 0.1;
 
-/// Materials of which beads are sold.
 fn materials() -> [(&'static str, Material); 6] {
     let other = |name: &'static str, youngs_modulus, poissons_ratio, density| {
         (name, Material { name: name.into(), youngs_modulus, poissons_ratio, density })
@@ -81,21 +79,21 @@ fn materials() -> [(&'static str, Material); 6] {
     ]
 }
 
-/// Relative difference of constants below which they are those of one material.
+/// Relative difference of constants below which two materials count as the same.
 const ALIKE: f64 = 0.08;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
-    /// The sign of the record.
+    /// Sign of the record.
     Sign,
-    /// The sign of the horn's record.
+    /// Sign of the horn record.
     HornSign,
-    /// A factor on all its amplitudes.
+    /// A factor on all amplitudes.
     Scale,
     Beads,
     Radius,
-    /// Their Young's modulus, or their density.
+    /// Young's modulus or density of the beads.
     Modulus,
     Material,
     /// The faces of piston or support.
@@ -105,22 +103,22 @@ pub enum Cause {
     /// The gap before the first bead.
     Gap,
     DampingLaw,
-    /// That it is the mean of several shots.
+    /// The record is an average of several shots.
     Averages,
-    /// What the reader warned of: overload, drift, noise, a record that was cut.
+    /// A warning of the reader: overload, drift, noise, a truncated record.
     Record,
 }
 
-/// A cause that explains a record which the fit does not.
+/// A cause that explains a record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     pub cause: Cause,
-    /// Share of right records that are as far from the model once it is mended; absent where that was not tried.
+    /// p-value under this cause; absent if it was not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p_value: Option<f64>,
-    /// What was found and what to do, in words.
+    /// Finding and remedy, as text.
     pub text: String,
-    /// Whether the record cannot tell it from the likeliest cause.
+    /// Whether the record cannot distinguish it from the most likely cause.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub equivalent: bool,
 }
@@ -131,29 +129,29 @@ impl Finding {
     }
 }
 
-/// What is to be explained: the first record, as fitted.
+/// The first record, as fitted.
 pub struct Case<'a> {
-    /// The scene on the chain, with the law that was fitted.
+    /// The scene on the chain, with the fitted law.
     pub scene: &'a Scene,
-    /// The contact laws of its bodies, where they are known already.
+    /// Contact laws of its bodies, if known.
     pub laws: Option<&'a FiniteBodyLaws>,
     /// What its runs are compared with.
     pub comparison: &'a Comparison,
-    /// The record at the comparison's samples; absent of published features.
+    /// The record at the comparison's samples; absent for published features.
     pub trace: Option<&'a Series>,
-    /// What noise is left in the horn's motion.
+    /// Residual noise of the horn's motion.
     pub(crate) noise: Option<HornNoise>,
     pub parameters: &'a [Parameter],
     pub uncertainty: Uncertainty,
     pub seed: u64,
-    /// What the fit found on whatever fidelity level answered.
+    /// Fit of the top fidelity level.
     pub fit: &'a Fit,
-    /// Told of every search; stops them.
+    /// Receives the progress of every search and can stop it.
     pub watch: Arc<Watch>,
 }
 
 impl Case<'_> {
-    /// Up to three causes, the likeliest first; `warned` is what the reader saw in the records.
+    /// Up to three causes, most likely first; `warned` lists the reader's warnings.
     #[must_use]
     pub fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = [self.sign(), self.scale()].into_iter().flatten().collect();
@@ -217,7 +215,7 @@ impl Case<'_> {
         format!("{peak:.3} {}", comparison.unit(0))
     }
 
-    /// A power of ten in all amplitudes: too far for the runs there are, so each is searched.
+    /// A power of ten in all amplitudes, which is too far for the existing runs, so each is searched.
     fn decades(&self) -> Option<Finding> {
         let tried = DECADES.iter().filter_map(|factor| {
             // A record ten times too large is compared as a tenth of it.
@@ -236,7 +234,7 @@ impl Case<'_> {
         Some(Finding::new(Cause::Scale, Some(p), text))
     }
 
-    /// The mean of several shots: what differs from shot to shot is weaker and smoother in it than in any run, what does not is not.
+    /// An average of several shots, which weakens and smooths whatever differs from shot to shot.
     fn averaged(&self) -> Option<Finding> {
         if self.comparison.averages > 1 || self.trace.is_none() {
             return None;
@@ -251,7 +249,7 @@ impl Case<'_> {
         self.worth(p).then(|| Finding::new(Cause::Averages, Some(p), text))
     }
 
-    /// Causes that take runs of their own.
+    /// Causes that need their own runs.
     fn searched(&self) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         for (cause, scene, parameter, said) in self.suspects() {
@@ -270,7 +268,7 @@ impl Case<'_> {
         found
     }
 
-    /// Scene, further parameter and words of each.
+    /// Scene, further parameter and text of each cause.
     fn suspects(&self) -> Vec<Suspect> {
         let mut suspects = self.other_beads();
         suspects.extend(self.other_ends());
@@ -430,8 +428,8 @@ impl Case<'_> {
         suspects
     }
 
-    /// The p of amplitudes with what the waveform says, where it decided the fit on the chain: twice the smaller of both. The record is `factor` times
-    /// what was read.
+    /// Combined p of amplitudes and waveform if the waveform decided the fit on the chain: twice the smaller. The
+    /// record is multiplied by `factor`.
     fn confirmed(&self, p: f64, comparison: &Comparison, factor: f64) -> Option<f64> {
         if self.sees_waveform() { Some(self.search(self.scene, None, comparison, factor)?.0) } else { Some(p) }
     }
@@ -442,7 +440,8 @@ impl Case<'_> {
         self.fit.waveform.as_ref().filter(known).is_some_and(WaveformFit::decides)
     }
 
-    /// The fit of another scene on the chain, with a further parameter where there is one, of `factor` times the record; none once it is stopped.
+    /// Fits another scene on the chain, with an optional further parameter, to the record times `factor`; `None` if
+    /// stopped.
     fn search(
         &self,
         scene: &Scene,
@@ -493,12 +492,13 @@ impl Case<'_> {
         }
     }
 
-    /// Whether a p is enough better to be named.
+    /// Whether p is high enough for the cause to be named.
     fn worth(&self, p: f64) -> bool {
         p >= LEAST && (p >= DOUBTFUL || p > BETTER * self.fit.agreement.p) && p > 2.0 * self.fit.agreement.p
     }
 
-    /// Where a record with these features stands among runs, with a factor on all its amplitudes of that standard deviation in ln.
+    /// p-value of a record with these features, with a free factor on all amplitudes (`factor`: standard deviation in
+    /// ln).
     fn judged(&self, runs: &[Run], features: &[f64], factor: f64) -> Option<Judgement> {
         let dimension = self.parameters.len();
         let comparison = self.comparison;
@@ -522,13 +522,13 @@ impl Case<'_> {
     }
 }
 
-/// Cause, scene, a further parameter and what is said of it.
+/// Cause, scene, further parameter and text of the finding.
 type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&[f64]) -> String>);
 
-/// Where a record stands once something is taken for true.
+/// Result under an assumed cause.
 struct Judgement {
     p: f64,
-    /// Factor of the record on what runs expect.
+    /// Factor of the record over the expected amplitudes.
     factor: Option<f64>,
 }
 

@@ -1,12 +1,15 @@
-//! What a model's own setting is off by: pairs of runs at the answer, one at the setting of the fit and one at a finer one, under the same draws.
+//! Discretisation error of the model: pairs of runs at the answer with the same draws, one at the setting of the fit
+//! and one at a finer setting.
 //!
-//! Of n pairs the features differ by d̄ on average, ± s/√n. What is known of the error of the fit's setting is then
+//! In n pairs the features differ by d̄ ± s/√n on average. The error of the fit's setting enters as
 //!
-//! - shift = κ e d̄, added to every run's features, with κ = d̄²/(d̄² + s²/n), for where the motion is chaotic pairs part and d̄ says nothing;
-//!   e turns a difference between two settings into the error of the coarser one by its order of convergence;
-//! - nugget² = κ e² s²/n + (shift/2)², added to the variance of each feature: half of an error that was found is taken to be left.
+//! - shift = κ e d̄, added to every run's features, with κ = d̄²/(d̄² + s²/n), since pairs of chaotic motion diverge
+//!   and d̄ is then not significant; e converts the difference between two settings into the error of the coarser one
+//!   by the order of convergence;
+//! - nugget² = κ e² s²/n + (shift/2)², added to the variance of each feature: half of the correction is taken as
+//!   uncertain.
 //!
-//! It is measured at the answer and taken for the same around it.
+//! It is measured at the answer and assumed constant around it.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,13 +20,12 @@ use super::{
     multi_record::MultiRecord,
 };
 
-/// Pairs on the chain, whose runs cost next to nothing.
+/// Pairs on the chain, whose runs are cheap.
 const CHAIN_PAIRS: usize = 24;
 
 /// Pairs on a fidelity level above.
 const RUNG_PAIRS: usize = 8;
 
-/// Fewest finished pairs that say anything.
 const FEWEST: usize = 4;
 
 /// Error of the chain's step over its difference from one a quarter as long: contacts that touch within a step make it of first order.
@@ -32,20 +34,19 @@ pub(crate) const CHAIN_ERROR: f64 = 4.0 / 3.0;
 /// Error of a mesh over its difference from one 1.5 times as dense, of second order.
 pub(crate) const MESH_ERROR: f64 = 1.8;
 
-/// ln of an amplitude that nothing feels beside the smallest scatter that a feature is allowed, 0.01.
+/// Negligible error, ln of an amplitude; the smallest scatter of a feature is 0.01.
 const FELT: f64 = 1e-3;
 
-/// Share of a known error that is taken to be left once it has been corrected.
+/// Share of a corrected error that is taken as uncertain.
 const LEFT: f64 = 0.5;
 
-/// What each feature of the fit's setting is off by, z.
+/// Discretisation error of each feature, z.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Discrepancy {
     /// Added to every run's features.
     pub shift: Vec<f64>,
     /// Added to the scatter of each feature, in quadrature.
     pub nuggets: Vec<f64>,
-    /// Pairs that it was found by.
     pub pairs: usize,
 }
 
@@ -56,13 +57,14 @@ impl Discrepancy {
         Self { shift: zero.clone(), nuggets: zero, pairs: 0 }
     }
 
-    /// Whether any feature feels it.
+    /// Whether any error is significant.
     #[must_use]
     pub(crate) fn is_felt(&self) -> bool {
         self.shift.iter().chain(&self.nuggets).any(|z| z.abs() > FELT)
     }
 
-    /// Of the step of a search's runs, at a point of the box, by runs numbered from `first`; `None` where there is no finer one, or too few finish.
+    /// Error of the step of a search's runs at a point of the box, with runs numbered from `first`; `None` if there is
+    /// no finer step, or if too few runs finish.
     #[must_use]
     pub(crate) fn of_search(joint: &MultiRecord, at: &[f64], first: u64) -> Option<Self> {
         let points = vec![at.to_vec(); CHAIN_PAIRS];
@@ -71,7 +73,7 @@ impl Discrepancy {
         Self::of(&runs, &finer, CHAIN_ERROR)
     }
 
-    /// Of the bodies of a fidelity level, by the same with finer bodies; `None` where too few finish.
+    /// Error of the bodies' mesh on a fidelity level, from the same runs on finer bodies; `None` if too few finish.
     ///
     /// # Errors
     /// [`Unmade`].
@@ -89,7 +91,7 @@ impl Discrepancy {
         Ok(Self::of(&runs?, &finer?, MESH_ERROR))
     }
 
-    /// Of runs and the same at a finer setting.
+    /// From runs and the same runs at a finer setting.
     fn of(runs: &[Run], finer: &[Run], error: f64) -> Option<Self> {
         let both = runs.iter().zip(finer).filter_map(|(run, finer)| Some((run.features()?, finer.features()?)));
         let apart: Vec<Vec<f64>> =

@@ -1,4 +1,4 @@
-//! What drove the chain while a record was made: a horn tip as read, and how it enters a scene.
+//! Recorded drive: a horn-tip record, and how it enters a scene.
 
 use std::path::{Path, PathBuf};
 
@@ -15,18 +15,18 @@ use granchain_record::{
 };
 use granchain_signal::Series;
 
-/// The file name that a drive record beside a record is looked for under.
+/// File name of a drive record that is looked for beside a record.
 pub const BESIDE: &str = "horn_tip.csv";
 
-/// Realisations of a horn's noise that runs mix.
+/// Realisations of the horn's noise that runs mix.
 const SHAKES: usize = 4;
 
 const SHAKEN: u64 = 0x5AC3;
 
-/// Noise left in a drive below which no run draws it, over its peak: a tenth of the gaps' scale beside a drive of 1 µm.
+/// Residual drive noise below which runs do not draw it, over the peak: a tenth of the gap scale for a drive of 1 µm.
 const FELT: f64 = 3e-5;
 
-/// A file that went into a run.
+/// An input file of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Input {
     pub path: PathBuf,
@@ -34,7 +34,7 @@ pub struct Input {
     pub sha256: String,
 }
 
-/// A file that cannot be digested.
+/// Why a file cannot be digested.
 #[derive(Debug, Error)]
 #[error("{}: cannot be read", path.display())]
 pub struct InputError {
@@ -43,7 +43,7 @@ pub struct InputError {
 }
 
 impl Input {
-    /// The file as it is now.
+    /// Reads and digests the file.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -55,37 +55,35 @@ impl Input {
     }
 }
 
-/// The horn-tip record in the folder of a record, where there is one.
+/// The horn-tip record in the folder of a record, if there is one.
 #[must_use]
 pub fn beside(measured: &Path) -> Option<PathBuf> {
     let beside = measured.with_file_name(BESIDE);
     (beside.is_file() && beside != measured).then_some(beside)
 }
 
-/// A horn-tip record, ready to drive.
+/// A horn-tip record as a drive.
 #[derive(Debug, Clone)]
 pub struct RecordedDrive {
     pub input: Input,
-    /// How it was asked to be read.
     pub options: ReadOptions,
-    /// The motion that was made of it.
+    /// The piston motion derived from it.
     pub motion: HornDrive,
-    /// Realisations of the noise that is left in it, m.
+    /// Realisations of the residual noise, m.
     shakes: Vec<Series>,
-    /// Standard error of the horn's baseline, m, where the record tells.
+    /// Standard error of the horn's baseline, m, if known.
     pub baseline_error: Option<f64>,
-    /// Bandwidth of its decoder, Hz, where the record states it.
+    /// Bandwidth of its vibrometer, Hz, if stated.
     pub bandwidth: Option<f64>,
     pub masked: Vec<Masked>,
-    /// What was understood and assumed on reading, for people.
+    /// Assumptions made while reading, as text.
     pub assumptions: Vec<String>,
-    /// What looks wrong, though it could be read.
     pub warnings: Vec<String>,
 }
 
 impl RecordedDrive {
-    /// Read a horn tip for a fit: with the baseline of the plateau, or of the first samples where the burst is too short to have one. An error
-    /// in the baseline is a gap to the chain, and the plateau's mean is far better known than the first samples'.
+    /// Reads a horn tip for a fit. The baseline is the mean of the plateau, or of the first samples if the burst has
+    /// no plateau: an error in the baseline acts like a gap to the chain, and the plateau's mean is far more accurate.
     ///
     /// # Errors
     /// [`MeasurementError`].
@@ -93,7 +91,7 @@ impl RecordedDrive {
         at_plateau(options, |options| Self::read(path, options))
     }
 
-    /// The same of the bytes of a file, or of what stands for one; at its plateau only where no other baseline is asked for.
+    /// The same from the bytes of a file; the plateau is used only if no other baseline is requested.
     ///
     /// # Errors
     /// As [`RecordedDrive::read`].
@@ -114,7 +112,7 @@ impl RecordedDrive {
         Ok(Self { options: options.clone(), ..drive })
     }
 
-    /// A horn tip that is read already.
+    /// Uses a horn-tip record that has been read.
     ///
     /// # Errors
     /// [`MeasurementError`] when it cannot drive, or does not tell its frequency.
@@ -132,7 +130,7 @@ impl RecordedDrive {
         Ok(Self { input, options, motion, shakes, baseline_error, bandwidth, masked, assumptions, warnings })
     }
 
-    /// The scene under this drive, for as long as the record lasts unless it keeps its own duration.
+    /// The scene under this drive, with the record's duration unless `keep_duration`.
     #[must_use]
     pub fn drive(&self, mut scene: Scene, keep_duration: bool) -> Scene {
         let HornDrive { displacement, recorded_until, drive_frequency, .. } = &self.motion;
@@ -143,13 +141,13 @@ impl RecordedDrive {
         scene.with_continued_record(displacement.clone(), *recorded_until, self.shakes.clone(), *drive_frequency, file)
     }
 
-    /// The noise that is left in its motion; `None` where it is not known, or too weak to be felt.
+    /// Residual noise of the motion; `None` if unknown or negligible.
     #[must_use]
     pub(crate) fn noise(&self) -> Option<HornNoise> {
         HornNoise::of(&self.motion)
     }
 
-    /// Realisations of the noise that is left in a motion, the same every time; none where it is not known, or too weak to be felt.
+    /// Realisations of the residual noise of a motion, from a fixed seed; none if it is unknown or negligible.
     fn shakes_of(motion: &HornDrive) -> Vec<Series> {
         let Some(noise) = HornNoise::of(motion) else { return vec![] };
         let mut random = ChaCha8Rng::seed_from_u64(SHAKEN);
@@ -157,12 +155,12 @@ impl RecordedDrive {
     }
 }
 
-/// Noise that is left in a horn's motion.
+/// Residual noise of a horn's motion.
 #[derive(Debug, Clone)]
 pub(crate) struct HornNoise {
     remainder: Remainder,
     displacement: Series,
-    /// Time over which it dies out at both ends, s.
+    /// Time over which it decays at both ends, s.
     settle: f64,
 }
 
@@ -179,7 +177,7 @@ impl HornNoise {
     }
 }
 
-/// Read with the offset of the burst's plateau, or as the options say where there is no plateau.
+/// Reads with the offset of the burst's plateau, or as the options state if there is no plateau.
 fn at_plateau(
     options: &ReadOptions,
     read: impl Fn(&ReadOptions) -> Result<RecordedDrive, MeasurementError>,

@@ -1,4 +1,4 @@
-//! What makes the traces of a search: the chain alone, eight runs side by side, or the chain in front of a disc, one by one on the disc's clock.
+//! Simulation of traces for a search: the chain alone, eight runs side by side, or the chain with a disc, one by one.
 
 use std::sync::Arc;
 
@@ -14,20 +14,21 @@ use granchain_model::{
 };
 use granchain_signal::{Series, feature::Measurand};
 
-/// Steps a drive period: accurate to some 1e-3 of the peak where the motion is regular and soft, 1e-2 behind a rigid wall with linear dashpots.
+/// Steps a drive period: accurate to about 1e-3 of the peak for regular, soft motion, and 1e-2 at a rigid wall with
+/// linear dashpots.
 pub(super) const STEPS_PER_CYCLE: usize = 160;
 
-/// A scene ready to be run under variations, with [`STEPS_PER_CYCLE`] samples a drive period.
+/// A prepared scene with [`STEPS_PER_CYCLE`] samples a drive period, to be run under variations.
 #[derive(Clone)]
 pub(super) enum Engine {
-    /// Of whose samples every so many-th is taken.
+    /// The ensemble, and the number of its steps per output sample.
     Chain(Box<Ensemble>, usize),
-    /// The disc is made ready once; a run begins from a copy of it at rest.
+    /// The prepared disc; each run starts from a copy at rest.
     OnDisc { prepared: Arc<Prepared>, scene: Arc<Scene>, measurand: Measurand },
 }
 
-/// The scene with `STEPS_PER_CYCLE` output samples a drive period and, in front of a disc, the longest clock not above its own step that
-/// divides them.
+/// The scene with `STEPS_PER_CYCLE` output samples a drive period and, with a disc, the longest step that divides the
+/// sample interval and does not exceed the scene's own.
 #[must_use]
 pub(crate) fn sampled_scene(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
@@ -38,7 +39,7 @@ pub(crate) fn sampled_scene(scene: &Scene) -> Scene {
     scene
 }
 
-/// The trace of a measurand: the velocity of the point a laser looks at, or the pressure at the scene's first field point.
+/// Trace of a measurand: the velocity at the vibrometer's spot, or the pressure at the scene's first field point.
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for the pressure of a scene without water.
@@ -72,7 +73,7 @@ pub fn traces(
     }
 }
 
-/// Steps of a refined chain in one of a search's.
+/// Refinement factor of the chain's step.
 const REFINEMENT: usize = 4;
 
 fn ensemble(scene: &Scene, laws: Option<&FiniteBodyLaws>, refinement: usize) -> Result<Ensemble, ModelError> {
@@ -84,7 +85,7 @@ fn ensemble(scene: &Scene, laws: Option<&FiniteBodyLaws>, refinement: usize) -> 
 }
 
 impl Engine {
-    /// Make a scene ready, its contacts as `laws` have them where there are any.
+    /// Prepares a scene, with the contact laws `laws` if given.
     ///
     /// # Errors
     /// When the scene cannot be run at a fixed step, or has nothing of the measurand.
@@ -103,7 +104,7 @@ impl Engine {
         Ok(Self::Chain(Box::new(ensemble(scene, laws, 1)?), 1))
     }
 
-    /// The same with steps a quarter as long and the same samples; before a disc, half as long.
+    /// The same with steps a quarter as long and the same samples; with a disc, half as long.
     ///
     /// # Errors
     /// As [`Engine::new`].
@@ -121,7 +122,7 @@ impl Engine {
         }
     }
 
-    /// The same with other realisations of what is not known of the drive; before a disc, where no waveform is compared, as it is.
+    /// The same with other realisations of the drive noise; unchanged with a disc, where no waveform is compared.
     pub(super) fn with_shakes(&self, shakes: &[Series]) -> Self {
         match self {
             Self::Chain(ensemble, stride) => Self::Chain(Box::new(ensemble.with_shakes(shakes)), *stride),

@@ -1,4 +1,5 @@
-//! From a posterior to the values that are quoted: the most likely point, the interval of each parameter, and how far both moved.
+//! Quoted values from a posterior: the most likely point, the interval of each parameter, and their change in the last
+//! batch.
 
 use argmin::{
     core::{CostFunction, Error, Executor, State},
@@ -22,12 +23,12 @@ pub struct Estimate {
     pub high: f64,
     /// Whether the interval or the value touches a bound of the box.
     pub at_bound: bool,
-    /// Whether the interval is hardly narrower than the box: the record says nothing of the parameter.
+    /// Whether the interval is hardly narrower than the box: the record does not constrain the parameter.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unidentified: bool,
 }
 
-/// Width of a 90 % interval over the box's from which a parameter is unidentified; a record that says nothing leaves 0.9.
+/// Width of a 90 % interval over the box's from which a parameter is unidentified; without any information it is 0.9.
 pub(super) const UNIDENTIFIED: f64 = 0.6;
 
 /// The estimates of all parameters, and the most likely point in unit coordinates.
@@ -56,10 +57,10 @@ fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: u
     }
 }
 
-/// Half-width in ln below which a moving median is no news: the drive itself is known to half a per cent.
+/// Half-width in ln below which a change of the median does not matter: the drive is known to half a per cent.
 const NARROW: f64 = 0.01;
 
-/// Largest move of a median in half-widths of its interval; `spans` turn unit coordinates into logarithms.
+/// Largest change of a median, in half-widths of its interval; `spans` converts unit coordinates to logarithms.
 pub(super) fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64 {
     (0..after.dimension())
         .map(|d| {
@@ -70,7 +71,7 @@ pub(super) fn drift(before: &Posterior, after: &Posterior, spans: &[f64]) -> f64
         .fold(0.0, f64::max)
 }
 
-/// −SL with a wall around the unit box, smooth inside: what Nelder–Mead polishes.
+/// −SL with a smooth wall around the unit box, for Nelder–Mead.
 struct Surface<'a>(&'a TrainingRuns);
 
 impl CostFunction for Surface<'_> {

@@ -1,4 +1,4 @@
-//! A fidelity level above the chain: the same runs, with the same draws, on bodies made ready once.
+//! Fidelity level above the chain: the same runs with the same draws, on prepared bodies.
 //!
 //! A run of the chain costs a millisecond, one on the reduced model a few tenths of a second, one by finite elements ten seconds. So the chain
 //! searches ([`super::search`]), and each fidelity level above is run only where the answer of the fidelity level below it lies ([`super::correction`]).
@@ -29,29 +29,29 @@ use granchain_signal::Series;
 /// Factor on the mesh density of the finer bodies.
 pub const FINER: f64 = 1.5;
 
-/// Why runs of a fidelity level are not there.
+/// Why a batch of runs is incomplete.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Unmade {
-    /// Stopped from outside; nothing of the batch in hand is kept but in a file of its own.
+    /// Stopped by the caller; the current batch is dropped except for runs stored one by one.
     #[error("stopped")]
     Stopped,
-    /// A finished run could not be kept.
+    /// A finished run could not be stored.
     #[error(transparent)]
     NotKept(#[from] RunLogError),
 }
 
-/// One run to be made.
+/// A run to be made.
 #[derive(Debug, Clone)]
 struct PlannedRun {
-    /// Its number, which says what is drawn.
+    /// Its number, which determines its draws.
     number: u64,
     position: Vec<f64>,
-    /// How long it is simulated, s; where that proves too short it is made again at full length.
+    /// Simulated time, s; if it proves too short, the run is repeated at full length.
     duration: f64,
 }
 
-/// A model above the chain, ready to be run at any point of the box and compared with one record.
+/// A model above the chain, prepared for runs at any point of the box and compared with one record.
 #[derive(Clone)]
 pub struct FidelityLevel {
     chain: Forward,
@@ -61,17 +61,17 @@ pub struct FidelityLevel {
     below: Option<Arc<Self>>,
     /// The same on finer bodies.
     finer: Option<Arc<Self>>,
-    /// Where its runs are kept as they finish.
     kept: Option<Arc<KeptRuns>>,
 }
 
-/// A scene as a search runs it above the chain: with as many samples a drive period as the chain has steps.
+/// The scene for a search above the chain: as many samples a drive period as the chain has steps.
 #[must_use]
 pub(crate) fn rung_scene(scene: &Scene) -> Scene {
     sampled_scene(scene)
 }
 
-/// The chain below a model with bodies: contacts as the same bodies have them at rest. The chain itself stays as it is.
+/// The chain for a model with bodies, with contact laws fitted to the same bodies at rest. A chain scene is returned
+/// unchanged.
 #[must_use]
 pub fn chain_below(scene: &Scene) -> Scene {
     let mut chain = scene.clone();
@@ -86,7 +86,7 @@ pub fn chain_below(scene: &Scene) -> Scene {
     chain
 }
 
-/// The reduced model between the chain and the finite element analysis, its bodies meshed as those; `None` of another model.
+/// The reduced model between chain and finite elements, with the same mesh; `None` for other models.
 #[must_use]
 pub fn reduced_below(scene: &Scene) -> Option<Scene> {
     let mut reduced = scene.clone();
@@ -97,7 +97,7 @@ pub fn reduced_below(scene: &Scene) -> Option<Scene> {
     (scene.model.kind == ModelKind::Fea).then_some(reduced)
 }
 
-/// The scene on a mesh 1.5 times as dense, where its model has one.
+/// The scene on a mesh 1.5 times as dense, if its model has a mesh.
 fn finer_scene(scene: &Scene) -> Option<Scene> {
     let mut scene = scene.clone();
     let finer = |density: u32| (f64::from(density) * FINER).round() as u32;
@@ -109,21 +109,21 @@ fn finer_scene(scene: &Scene) -> Option<Scene> {
     Some(scene)
 }
 
-/// The bodies of a scene made ready for a search: on its own model, and as contact laws of the chain below.
+/// Prepared bodies of a scene: for its own model, and as contact laws of the chain.
 #[derive(Debug)]
 pub struct Bodies {
     /// For the scene's own model.
     pub prepared: Arc<Prepared>,
-    /// Those of a finer mesh, which tell what the model's own is off by; `None` of the chain.
+    /// On a finer mesh, to estimate the mesh error; `None` for the chain.
     pub finer: Option<Arc<Prepared>>,
-    /// Those of the fidelity level between it and the chain, with its scene.
+    /// Scene and bodies of the fidelity level between this one and the chain.
     pub below: Option<Box<(Scene, Self)>>,
-    /// For the chain below; `None` where that has Hertz contacts.
+    /// Contact laws for the chain; `None` if it has Hertz contacts.
     pub laws: Option<FiniteBodyLaws>,
 }
 
 impl Bodies {
-    /// Make the bodies of a scene ready, those of its own model from `cache` where they lie there.
+    /// Prepares the bodies of a scene; those of its own model are read from `cache` if present.
     ///
     /// # Errors
     /// When the scene's model, or the chain below it, cannot be made ready.
@@ -137,7 +137,7 @@ impl Bodies {
         Ok(Self { prepared, finer, below: below.transpose()?, laws })
     }
 
-    /// The fidelity levels of a scene on these bodies, the lowest first, above the runs of `chain`.
+    /// The fidelity levels of a scene on these bodies, lowest first, above the runs of `chain`.
     #[must_use]
     pub fn rungs(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
         let own = FidelityLevel::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
@@ -162,7 +162,7 @@ impl FidelityLevel {
         Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None }
     }
 
-    /// The same beside one on finer bodies of the same scene.
+    /// The same with finer bodies of the same scene.
     #[must_use]
     pub fn with_finer(mut self, prepared: Option<Arc<Prepared>>) -> Self {
         self.finer = prepared
@@ -171,7 +171,7 @@ impl FidelityLevel {
         self
     }
 
-    /// The same, its runs and those of its finer bodies kept as they finish.
+    /// The same with stores for its runs and those on finer bodies.
     #[must_use]
     pub fn keeping(mut self, own: Arc<KeptRuns>, finer: Arc<KeptRuns>) -> Self {
         self.kept = Some(own);
@@ -179,13 +179,13 @@ impl FidelityLevel {
         self
     }
 
-    /// The same, telling another of its runs.
+    /// The same with another watch.
     pub(super) fn watched(&self, watch: Arc<Watch>) -> Self {
         let finer = self.finer.as_ref().map(|finer| Arc::new(finer.watched(Arc::clone(&watch))));
         Self { chain: self.chain.clone().watched(watch), finer, ..self.clone() }
     }
 
-    /// The same on finer bodies, where there are any.
+    /// This level on finer bodies, if there are any.
     #[must_use]
     pub fn finer(&self) -> Option<&Self> {
         self.finer.as_deref()
@@ -201,13 +201,13 @@ impl FidelityLevel {
         &self.prepared
     }
 
-    /// Run number `first` and those that follow it, first on the fidelity level below, then, under the same nuisances, on this fidelity level.
+    /// Run number `first` and those after it: first on the level below, then on this level with the same nuisances.
     ///
     /// The chain's onset says how long a run has to be simulated; one that proves too short is made again at full length. The chain's
     /// watch is called after every run.
     ///
     /// # Errors
-    /// [`Unmade`] when whoever watches says so, or a finished run cannot be kept.
+    /// [`Unmade`] when stopped, or when a finished run cannot be stored.
     pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Unmade> {
         let chain = self.chain.timed(first, positions);
         let lower = match &self.below {
@@ -218,7 +218,7 @@ impl FidelityLevel {
         Ok(lower.into_iter().zip(upper).map(|(lower, upper)| Pair { lower, upper }).collect())
     }
 
-    /// The runs of this fidelity level that go with those of the chain, the first of them number `first`.
+    /// The runs of this level that belong to those of the chain, numbered from `first`.
     fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Unmade> {
         let longest = self.scene.duration;
         let plan = |(number, (run, onset)): (u64, &TimedRun)| {
@@ -283,12 +283,11 @@ impl FidelityLevel {
         Ok(made.into_iter().map(|(_, run)| run).collect())
     }
 
-    /// A run that was kept.
     fn found(&self, plan: &PlannedRun) -> Option<Run> {
         self.kept.as_ref()?.found(plan.number, &plan.position).cloned()
     }
 
-    /// Make runs that go together, as long as `goes_on` says so.
+    /// Makes a group of runs while `goes_on` returns true.
     fn group(&self, plans: &[PlannedRun], goes_on: &dyn Fn() -> bool) -> Result<Vec<Run>, Unmade> {
         let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
         let mut runs: Vec<Option<Run>> = plans.iter().map(|plan| self.found(plan)).collect();
@@ -326,7 +325,7 @@ impl FidelityLevel {
     }
 }
 
-/// One point of the box, run on two fidelity levels under the same nuisances.
+/// One point of the box, run on two fidelity levels with the same nuisances.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pair {
     /// On the fidelity level below: the chain, or the reduced model below finite elements.

@@ -22,7 +22,7 @@ use super::{fidelity::Pair, forward::Run};
 
 pub const FILE: &str = "fingerprints.csv";
 
-/// Stage of a wider box that explains no more.
+/// Stage of a wider box that gave no better answer.
 const WIDE: &str = "wide";
 
 const LEADING: [&str; 5] = ["candidate", "stage", "batch", "run", "model"];
@@ -40,31 +40,32 @@ pub enum FingerprintsError {
 pub struct CandidateRuns {
     /// Damping law, behind it the mount where mounts compete.
     pub candidate: String,
-    /// Searches of narrower boxes, batch by batch, that were given up for the next.
+    /// Abandoned searches of narrower boxes, batch by batch.
     pub narrow: Vec<Vec<Vec<Run>>>,
     /// The search on the chain, batch by batch.
     pub search: Vec<Vec<Run>>,
-    /// A search of a wider box that explains the record no better; empty where there was none.
+    /// A search of a wider box that explains the record no better; empty if there was none.
     pub wide: Vec<Vec<Run>>,
-    /// The rounds of the correction on each fidelity level above the chain, the lowest first; none where the chain answers.
+    /// Rounds of the correction on each fidelity level above the chain, lowest first; empty if the chain answers.
     pub corrections: Vec<Vec<Vec<Pair>>>,
 }
 
 impl CandidateRuns {
-    /// Number of runs made, those of a pair counted by themselves.
+    /// Number of runs made; a pair counts as two.
     #[must_use]
     pub fn len(&self) -> usize {
         let beside: usize = self.narrow.iter().flatten().chain(&self.wide).map(Vec::len).sum();
         beside + self.before(0) + 2 * self.pairs(self.corrections.len())
     }
 
-    /// Number of runs made before fidelity level `fidelity level` above the chain, from 0, those of the fidelity levels below it but for repetitions in pairs.
+    /// Number of runs made before level `fidelity` above the chain (from 0), without repetitions of lower levels in
+    /// pairs.
     #[must_use]
     pub fn before(&self, fidelity: usize) -> usize {
         self.search.iter().map(Vec::len).sum::<usize>() + self.pairs(fidelity)
     }
 
-    /// Pairs of the lowest so many fidelity levels.
+    /// Pairs of the lowest `rungs` levels.
     fn pairs(&self, rungs: usize) -> usize {
         self.corrections.iter().take(rungs).flatten().map(Vec::len).sum()
     }
@@ -75,18 +76,18 @@ impl CandidateRuns {
     }
 }
 
-/// What the columns and the models of a calibration are called.
+/// Names of columns and models of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Names {
     pub parameters: Vec<String>,
     /// The features of each record.
     pub features: Vec<Vec<String>>,
-    /// The model that searches, and those that correct it, one after another.
+    /// The model of the search, then those of the corrections.
     pub models: Vec<String>,
 }
 
 impl Names {
-    /// The model of a fidelity level, the one that searches number 0.
+    /// The model of a fidelity level; 0 is that of the search.
     #[must_use]
     pub fn model(&self, fidelity: usize) -> &str {
         self.models.get(fidelity).map_or("?", String::as_str)
@@ -163,7 +164,7 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
     writer.into_inner().map_err(|error| csv::Error::from(io::Error::from(error.into_error().kind())).into())
 }
 
-/// The stage of a fidelity level above the chain, from 0.
+/// Name of the stage of a fidelity level above the chain, from 0.
 fn correction(fidelity: usize) -> String {
     if fidelity == 0 { "correction".into() } else { format!("correction-{}", fidelity + 1) }
 }

@@ -22,25 +22,24 @@ use super::{
 };
 use granchain_record::run_log::RunLogError;
 
-/// Runs of a search that FIT is the median misfit of.
+/// Number of best runs whose median misfit is reported.
 const BEST: usize = 10;
 
-/// Share of a misfit below which that of a wider box is the better answer, though neither explains the record.
+/// Ratio of misfits below which the answer of a wider box is preferred although neither explains the record.
 const BETTER: f64 = 0.7;
 
-/// Times that features are weighed anew by how far they are off: more moves nothing that is quoted.
+/// Iterations of the feature weights; more change no quoted value.
 const REWEIGHINGS: usize = 2;
 
-/// What a fit amounts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Verdict {
     /// The model explains the record within the scatter of a single run.
     #[serde(rename = "within scatter")]
     WithinScatter,
-    /// One right model in twenty is as far from its record.
+    /// p < 5 %: a correct model has this result once in twenty records.
     #[serde(rename = "doubtful")]
     Doubtful,
-    /// One right model in a hundred is as far from its record: no interval means anything.
+    /// p < 1 %: a correct model has this result once in a hundred records. Intervals are not quoted.
     #[serde(rename = "outside scatter")]
     OutsideScatter,
     /// The answer was still moving, or too few runs finished.
@@ -69,9 +68,9 @@ impl Verdict {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Fit {
-    /// What was fitted, with its bounds.
+    /// Fitted parameters with their bounds.
     pub parameters: Vec<Parameter>,
-    /// What came out, in the same order.
+    /// Estimates, in the same order.
     pub estimates: Vec<Estimate>,
     /// The jointly most likely point, unit coordinates.
     pub most_likely: Vec<f64>,
@@ -81,33 +80,33 @@ pub struct Fit {
     pub lobes: Vec<Lobe>,
     /// Correlation of the logarithms of the first two parameters.
     pub correlation: f64,
-    /// FIT: median over the ten best runs of a search (the three best of a correction's far fewer) of the misfit per feature, in units
-    /// of the local scatter; of several records that of the worst.
+    /// Misfit: median over the ten best runs of a search (three of a correction) of the mean squared deviation per
+    /// feature, in units of the local scatter; for several records, the largest.
     pub misfit: f64,
-    /// Where the record stands among runs taken for records.
+    /// Posterior predictive p-value of the record.
     pub agreement: Agreement,
-    /// γ² of each feature, what was added to its variance relative to it; 0 where it agrees.
+    /// γ² of each feature: added variance relative to its own; 0 where the model agrees.
     pub inflation: Vec<f64>,
-    /// What the model was found to be off by.
+    /// Discretisation error of the model.
     pub discrepancy: Discrepancy,
-    /// Deviation z − z₀ expected at the most likely point, in units of the scatter, of each feature.
+    /// Expected deviation z − z₀ of each feature at the most likely point, in units of its scatter.
     pub deviations: Vec<f64>,
-    /// Scatter of a single run of each feature, in ln, at the best run.
+    /// Run-to-run standard deviation of each feature, in ln, at the best run.
     pub scatter: Vec<f64>,
-    /// How far the medians moved over the last batch, in half-widths of the interval (largest parameter).
+    /// Largest change of a median in the last batch, in half-widths of its interval.
     pub drift: f64,
-    /// ln of the evidence of this damping law, no feature down-weighted.
+    /// ln of the evidence of this damping law, without reduced weights.
     pub log_evidence: f64,
     pub verdict: Verdict,
     pub runs: Vec<Run>,
     /// Number of runs and smallest misfit after each batch.
     pub history: Vec<(u64, f64)>,
-    /// What the fidelity level below said, where the answer is that of a fidelity level above the chain.
+    /// Result of the fidelity level below, if this level is above the chain.
     pub below: Option<Box<Below>>,
-    /// What the waveform says, where it was compared.
+    /// Result of the waveform, if it was compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waveform: Option<WaveformFit>,
-    /// What each record says by itself, where several are fitted together.
+    /// Result of each record alone, if several are fitted together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shares: Vec<Share>,
 }
@@ -115,9 +114,9 @@ pub struct Fit {
 /// The fidelity level below an answer.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Below {
-    /// Its own fit: the estimates before the correction.
+    /// Its own fit, before the correction.
     pub fit: Fit,
-    /// How far the fidelity levels differ at the answer, feature by feature.
+    /// Difference between the levels at the answer, for each feature.
     pub differences: Vec<LevelDifference>,
 }
 
@@ -139,8 +138,8 @@ impl Fit {
         self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
-    /// The parameters in a box that reaches beyond the bounds that the answer presses on; `None` where it presses on none that may be moved. One
-    /// that presses on both ends of its box is not identified by the record, in no wider box either.
+    /// The parameters in a box widened beyond the bounds that the answer presses on; `None` if there is no such bound
+    /// that may be moved. A parameter that presses on both ends is not identified, in a wider box neither.
     #[must_use]
     pub fn widened(&self) -> Option<Vec<Parameter>> {
         self.widened_where(|d| {
@@ -152,13 +151,14 @@ impl Fit {
         })
     }
 
-    /// The parameters in a box four times wider on every side that nobody chose; `None` where there is no such side.
+    /// The parameters in a box four times wider on every side without a user-given bound; `None` if there is no such
+    /// side.
     #[must_use]
     pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
         self.widened_where(|_| (true, true))
     }
 
-    /// The parameters, each widened down and up as `ends` says by its number; `None` where none of them may be.
+    /// The parameters widened at the lower and upper ends that `ends` selects by number; `None` if none can be.
     fn widened_where(&self, ends: impl Fn(usize) -> (bool, bool)) -> Option<Vec<Parameter>> {
         let widened = |(d, parameter): (usize, &Parameter)| {
             let (down, up) = ends(d);
@@ -170,12 +170,13 @@ impl Fit {
         moved.then(|| own.map(|(widened, own)| widened.unwrap_or_else(|| own.clone())).collect())
     }
 
-    /// The points (unit coordinates) with which the waveform's search begins.
+    /// Start points (unit coordinates) of the waveform's search.
     pub(crate) fn elite(&self, training: &TrainingRuns) -> Vec<Vec<f64>> {
         elite(self.most_likely.clone(), training)
     }
 
-    /// The same with what the waveform says. Where it decides, the answer is its own, and amplitudes keep their say in p.
+    /// The same combined with the waveform's result. If the waveform decides, the answer is its own; amplitudes still
+    /// enter p.
     #[must_use]
     pub(crate) fn with_waveform(mut self, waveform: WaveformFit, training: &TrainingRuns, seed: u64) -> Self {
         if waveform.decides() {
@@ -200,7 +201,7 @@ impl Fit {
         self
     }
 
-    /// Whether this fit, of a wider box, explains the record where `narrow` does not, or much better.
+    /// Whether this fit of a wider box explains the record while `narrow` does not, or much better.
     #[must_use]
     pub(crate) fn improves_on(&self, narrow: &Self) -> bool {
         self.verdict.explains() || self.misfit < BETTER * narrow.misfit
@@ -212,14 +213,14 @@ impl Fit {
         self.estimates.iter().map(|estimate| estimate.value).collect()
     }
 
-    /// The same in unit coordinates.
+    /// The fitted point in unit coordinates.
     #[must_use]
     pub fn position(&self) -> Vec<f64> {
         self.parameters.iter().zip(self.values()).map(|(parameter, value)| parameter.coordinate(value)).collect()
     }
 }
 
-/// Why there is no fit.
+/// Why a fit has no answer.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FitError {
@@ -236,7 +237,7 @@ pub enum FitError {
     Search(#[source] Error),
 }
 
-/// Run a search to its end (from where it stands) for one record, or for several together, and read the answer from all its runs.
+/// Runs a search to its end (from its current state) for one record or several, and reads the answer from all runs.
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
@@ -250,7 +251,7 @@ pub fn fit(
     answer(&joint, &search)
 }
 
-/// Run a search to its end, from where it stands.
+/// Runs a search to its end from its current state.
 ///
 /// # Errors
 /// When it is stopped.
@@ -273,17 +274,15 @@ pub fn searched(
     Ok(search)
 }
 
-/// The answer of amplitudes as they are.
+/// Answer of the amplitudes alone.
 pub(crate) struct Standing {
-    /// Where the record stands among runs.
     pub p: f64,
-    /// The parameters in their own units.
     pub values: Vec<f64>,
-    /// The points (unit coordinates) with which the waveform's search begins.
+    /// Start points (unit coordinates) of the waveform's search.
     pub elite: Vec<Vec<f64>>,
 }
 
-/// Where the record stands at the answer of a search that has ended.
+/// Answer and p-value of the amplitudes for a search that has ended.
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
@@ -300,13 +299,13 @@ pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Resul
     judged.ok_or_else(|| too_few(&search.runs))
 }
 
-/// A point, then the training runs from the best one on, unit coordinates.
+/// A point, then the training runs, best first, in unit coordinates.
 fn elite(at: Vec<f64>, training: &TrainingRuns) -> Vec<Vec<f64>> {
     let best = ranking(training).into_iter().map(|(_, run)| training.position(run).to_vec());
     std::iter::once(at).chain(best).collect()
 }
 
-/// Read the answer from all runs of a search that has ended, and again with what the runs' own step is found to be off by there.
+/// Reads the answer from all runs of a search that has ended, then again with the step error found there.
 ///
 /// # Errors
 /// When too few runs finished.
@@ -324,7 +323,8 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     Ok(Fit { history, runs: search.runs.clone(), ..answer })
 }
 
-/// Run a correction of the chain's fit to its end (from where it stands) and read the answer from the upper fidelity level's runs.
+/// Runs a correction of the chain's fit to its end (from its current state) and reads the answer from the upper
+/// level's runs.
 ///
 /// # Errors
 /// When it is stopped, or when too few runs finished.
@@ -337,7 +337,7 @@ pub fn correct(
     corrected(fidelity, chain, &paired(fidelity, correction, checkpoint)?)
 }
 
-/// Run a correction to its end, from where it stands.
+/// Runs a correction to its end from its current state.
 ///
 /// # Errors
 /// When it is stopped.
@@ -354,8 +354,8 @@ pub(crate) fn paired(
     if correction.is_finished() { Ok(correction) } else { Err(FitError::Stopped { runs: correction.pairs.len() }) }
 }
 
-/// Read the answer from the upper fidelity level's runs of a correction that has ended, and again with what its bodies are found to be off by there;
-/// `chain` is the fit that it began from.
+/// Reads the answer from the upper level's runs of a correction that has ended, then again with the mesh error found
+/// there; `chain` is the fit it started from.
 ///
 /// # Errors
 /// When too few runs finished, or when it is stopped.
@@ -398,21 +398,21 @@ fn too_few(runs: &[Run]) -> FitError {
     }
 }
 
-/// What an answer is read from.
+/// Inputs from which an answer is read.
 struct Reading<'a> {
     parameters: &'a [Parameter],
     training: &'a TrainingRuns,
-    /// All but the last batch.
+    /// The runs without the last batch.
     before: &'a TrainingRuns,
-    /// Runs that FIT is the median misfit of.
+    /// Number of best runs for the misfit.
     best: usize,
     seed: u64,
 }
 
-/// Where the answer lies, once runs and record are known to differ by a discrepancy.
+/// The answer under a known discretisation error.
 struct Place {
     discrepancy: Discrepancy,
-    /// All runs, corrected for it, every feature weighed alike; and as they are weighed in the end.
+    /// All runs with that error corrected and equal weights.
     plain: TrainingRuns,
     training: TrainingRuns,
     posterior: Posterior,
@@ -424,7 +424,8 @@ struct Place {
 }
 
 impl Reading<'_> {
-    /// Where the answer lies; `known` is the posterior of the training runs as it is, where that is at hand. `None` where too few runs finished.
+    /// Finds the answer; `known` is the posterior of the uncorrected runs, if available. `None` if too few runs
+    /// finished.
     fn place(&self, discrepancy: Discrepancy, known: Option<Posterior>) -> Option<Place> {
         let Self { parameters, .. } = *self;
         let dimension = parameters.len();
@@ -463,7 +464,7 @@ impl Reading<'_> {
         })
     }
 
-    /// The answer there, without the runs and their history.
+    /// The fit at that place, without the runs and their history.
     fn judge(&self, place: Place) -> Fit {
         let Self { parameters, before, .. } = *self;
         let Place {
@@ -520,7 +521,7 @@ impl Reading<'_> {
     }
 }
 
-/// What a fit amounts to whose record stands at p, and that still `moves` or not.
+/// Verdict for p, and whether the answer still `moves`.
 fn verdict(p: f64, moves: bool, estimates: &[Estimate], parameters: &[Parameter]) -> Verdict {
     let unusual = || estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value));
     if p < agreement::OUTSIDE {

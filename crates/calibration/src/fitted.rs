@@ -1,4 +1,4 @@
-//! What came of a problem: every candidate fitted on all its fidelity levels, and what that amounts to.
+//! Result of a problem: every candidate fitted on all its fidelity levels.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -36,47 +36,45 @@ use granchain_model::{
 };
 use granchain_record::RecordKind;
 
-/// Runs of the chain that cost as much as one of the reduced model, for the time left.
+/// Chain runs that cost as much as one run of the reduced model, for the estimate of the remaining time.
 const REDUCED_COST: u64 = 16;
 
-/// Unknowns × steps of a finite element run that cost as much as a run of the chain.
+/// Unknowns × steps of a finite element run that cost as much as one chain run.
 const FEA_WORK: f64 = 1e5;
 
 /// A candidate with its answer.
 pub struct FittedCandidate {
     /// Law and mount, with their scenes.
     pub candidate: Candidate,
-    /// The answer of the top fidelity level.
+    /// Fit of the top fidelity level.
     pub fit: Fit,
-    /// The runs of the chain for the first record.
+    /// Chain runs of the first record.
     pub forward: Forward,
-    /// The fidelity level that answers, where it stands above the chain.
+    /// The top fidelity level, if it is above the chain.
     pub upper: Option<FidelityLevel>,
 }
 
-/// What came of all candidates.
 pub struct Fitted {
-    /// Those with an answer, in the order asked for.
+    /// Candidates with an answer, in the requested order.
     pub candidates: Vec<FittedCandidate>,
-    /// Mounts of which no run could be compared with the record, and why.
+    /// Mounts without a run that can be compared with the record, and why.
     pub excluded: Vec<(Candidate, String)>,
-    /// Every run of every candidate, of those without an answer too.
+    /// All runs of all candidates, also of those without an answer.
     pub made: Vec<Made>,
-    /// What the searches on the chain took.
+    /// Time of the searches on the chain.
     pub searching: Duration,
-    /// What the corrections on each fidelity level above the chain took, the lowest first.
+    /// Time of the corrections on each fidelity level above the chain, lowest first.
     pub correcting: Vec<Duration>,
-    /// What is to be said of runs that were kept.
     pub warnings: Vec<String>,
 }
 
-/// How a fit is run; by default from its beginning, unwatched, on bodies of its own.
+/// Options of a fit; by default it starts from scratch, without progress reports, and prepares its bodies.
 pub struct Course<'a> {
-    /// The bodies of [`Problem::bodies`], where they are ready.
+    /// Bodies from [`Problem::bodies`], if already prepared.
     pub bodies: Option<&'a Bodies>,
-    /// What an earlier run left, candidate by candidate.
+    /// Saved states of an earlier run, one a candidate.
     pub saved: Vec<SavedFit>,
-    /// Told of the work done, of [`Problem::work`]; returning `false` ends the fit after the batch in hand.
+    /// Receives the work done, out of [`Problem::work`]; returning `false` ends the fit after the current batch.
     pub watch: Arc<Watch>,
 }
 
@@ -87,19 +85,19 @@ impl Default for Course<'_> {
 }
 
 impl Problem {
-    /// Work to be done, in runs of the chain; a correction that has to look for itself does more.
+    /// Work in units of chain runs; a correction with a global search does more.
     #[must_use]
     pub fn work(&self) -> u64 {
         self.candidates.len() as u64 * (self.evaluations as u64 + self.work_above().iter().sum::<u64>())
     }
 
-    /// Of one candidate, on each fidelity level above the chain.
+    /// Work of one candidate on each fidelity level above the chain.
     pub(super) fn work_above(&self) -> Vec<u64> {
         let most = self.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
         self.above.iter().map(|kind| most_pairs(most) as u64 * self.cost(*kind)).collect()
     }
 
-    /// Of one run above the chain.
+    /// Cost of one run of a model, in chain runs.
     pub(super) fn cost(&self, kind: ModelKind) -> u64 {
         match kind {
             ModelKind::Fea => (Estimate::of(self.candidates[0].scene()).work / FEA_WORK).max(1.0) as u64,
@@ -107,11 +105,11 @@ impl Problem {
         }
     }
 
-    /// Search every candidate on the chain and correct it on the fidelity level above. A mount of which no run can be compared with the record, while
-    /// others can, is left out with its reason.
+    /// Searches every candidate on the chain and corrects it on the fidelity levels above. A mount without any
+    /// comparable run is left out with its reason, if others have one.
     ///
     /// # Errors
-    /// [`Refusal::Stopped`] when whoever watches says so; a candidate that cannot be fitted.
+    /// [`Refusal::Stopped`] when stopped; a candidate that cannot be fitted.
     pub fn fit(&self, course: Course<'_>) -> Result<Fitted, Refusal> {
         let own = if course.bodies.is_none() { self.bodies(None)? } else { None };
         let bodies = course.bodies.or(own.as_ref()).filter(|_| !self.above.is_empty());
@@ -161,7 +159,7 @@ impl Problem {
 }
 
 impl FittedCandidate {
-    /// The scene of a record, the first number 0, with the fitted values in it.
+    /// The scene of a record (from 0) with the fitted values.
     #[must_use]
     pub fn scene(&self, number: usize) -> Scene {
         let mut scene = self.candidate.scenes[number].clone();
@@ -171,7 +169,7 @@ impl FittedCandidate {
         scene
     }
 
-    /// What its fit says; no run is made for it.
+    /// Summary of its fit; makes no run.
     #[must_use]
     pub fn outcome(&self, problem: &Problem) -> FitOutcome {
         let fit = &self.fit;
@@ -203,13 +201,13 @@ impl FittedCandidate {
         }
     }
 
-    /// Name of its mount, where mounts are compared.
+    /// Name of its mount, if mounts are compared.
     #[must_use]
     pub fn mount(&self) -> Option<String> {
         self.candidate.mount.map(|mount| mount.name().to_owned())
     }
 
-    /// What each fidelity level says, the lowest first, with the features each expects at the answer.
+    /// Result of each fidelity level, lowest first, with its expected features at the answer.
     #[must_use]
     pub fn rungs(&self, problem: &Problem) -> Vec<RungOutcome> {
         let comparison = &problem.lead().comparison;
@@ -251,7 +249,7 @@ impl FittedCandidate {
 }
 
 impl Fitted {
-    /// Number of the candidate that a report leads with: one that explains the record before one that does not, then by evidence.
+    /// Number of the leading candidate: those that explain the record first, then by evidence.
     #[must_use]
     pub(crate) fn best_index(&self) -> usize {
         let rank = |fitted: &FittedCandidate| (fitted.fit.verdict.explains(), fitted.fit.log_evidence);
@@ -268,7 +266,7 @@ impl Fitted {
         &self.candidates[self.best_index()]
     }
 
-    /// Its runs, and what made them.
+    /// Its runs and their models.
     #[must_use]
     pub fn best_made(&self) -> &Made {
         let key = self.best().candidate.key();
@@ -276,8 +274,8 @@ impl Fitted {
         &self.made[of_best.unwrap_or(0)]
     }
 
-    /// What would explain the first record, where the best candidate does not: likeliest first, up to three. Searches of its own are made on the
-    /// chain, reported to `watch`.
+    /// Up to three likely causes if the best candidate does not explain the first record, most likely first. Makes
+    /// further searches on the chain, reported to `watch`.
     #[must_use]
     pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
         let (best, shot) = (self.best(), problem.lead());
@@ -301,14 +299,14 @@ impl Fitted {
         case.diagnose(&problem.warnings())
     }
 
-    /// The law that the record prefers, or `undecided`; `None` where one was fitted.
+    /// The law that the record prefers, or `undecided`; `None` if only one was fitted.
     #[must_use]
     pub fn preferred_law(&self) -> Option<String> {
         let fits: Vec<_> = self.candidates.iter().map(|it| (it.candidate.law.clone(), &it.fit)).collect();
         self.several(|candidate| candidate.law.clone()).then(|| decision(statement::preferred_of(&fits, &[])))
     }
 
-    /// The mount that the record prefers, or `undecided`; `None` where one was fitted.
+    /// The mount that the record prefers, or `undecided`; `None` if only one was fitted.
     #[must_use]
     pub fn preferred_mount(&self) -> Option<String> {
         let fits: Vec<_> = self.candidates.iter().filter_map(|it| Some((it.mount()?, &it.fit))).collect();
@@ -335,7 +333,7 @@ impl Fitted {
         fingerprints::to_csv(&problem.names(), &runs)
     }
 
-    /// What it amounts to. No run is made for it, so what the accurate integrator says of the answer is left open.
+    /// The outcome without the posterior predictive run; makes no run.
     #[must_use]
     pub fn outcome(&self, problem: &Problem) -> CalibrationOutcome {
         let best = self.best();
@@ -375,7 +373,7 @@ impl Fitted {
 }
 
 impl Problem {
-    /// What is known before any fit.
+    /// The outcome before any fit.
     #[must_use]
     pub fn outcome(&self) -> CalibrationOutcome {
         let bench = &self.lead().bench;
@@ -405,7 +403,7 @@ fn decision(named: Option<String>) -> String {
     named.unwrap_or_else(|| "undecided".into())
 }
 
-/// The features of a record that are compared, whose deviations in `fit` begin at number `first`.
+/// Compared features of a record; its deviations in `fit` start at number `first`.
 fn fitted_features(shot: &Shot, fit: &Fit, first: usize) -> BTreeMap<String, FittedFeature> {
     let comparison = &shot.comparison;
     let names = comparison.names();

@@ -1,4 +1,4 @@
-//! From a point of the parameter box to a fingerprint: one simulated run with every nuisance drawn anew.
+//! Forward model: a point of the parameter box → one simulated run with freshly drawn nuisances → fingerprint.
 
 use std::sync::Arc;
 
@@ -26,33 +26,36 @@ use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAM
 /// Runs integrated side by side.
 const LANES: usize = 8;
 
-/// How imperfectly known the bench is: every run draws from these.
+/// Uncertainty of the bench, drawn in every run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
-    /// Scale of each contact's initial gap, m: half-normal, for no bead overlaps its neighbour before anything moves. Its mean is 0.8 of the scale,
-    /// the mean of the sum over the seven contacts of six beads 5.6 times.
+    /// Scale of each contact's initial gap, m: half-normal, since beads cannot overlap at rest. The mean gap is 0.8 of
+    /// the scale; the mean sum over the seven contacts of six beads is 5.6 times the scale.
     pub gap: f64,
-    /// Standard deviation of the logarithm of that scale, one draw a run: how rough a bench is, nobody measures.
+    /// Standard deviation of the logarithm of that scale, drawn once a run, because the roughness of a bench is
+    /// unknown.
     #[serde(default)]
     pub gap_scale: f64,
-    /// Standard deviation of the first gap over and above that, m: the uncertainty of the horn's baseline.
+    /// Additional standard deviation of the first gap, m: the uncertainty of the horn's baseline.
     pub baseline: f64,
     /// Half-width of a uniform factor on the drive, 1.
     pub drive: f64,
-    /// Standard deviation of the logarithm of the factor on what is recorded, 1: the sensitivity of the instrument. Not drawn but known to the
-    /// likelihood, for it moves all amplitudes alike.
+    /// Standard deviation of the logarithm of the record's scale factor, 1: the instrument's sensitivity. It enters
+    /// the likelihood instead of being drawn, since it changes all amplitudes alike.
     #[serde(default)]
     pub sensitivity: f64,
-    /// Standard deviation of the precompression about the scene's own, N; what falls below zero is turned.
+    /// Standard deviation of the precompression about the scene's value, N; negative values are reflected.
     #[serde(default)]
     pub precompression: f64,
     /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
     #[serde(default)]
     pub support_stiffness: f64,
-    /// Standard deviation of the logarithm of the beads' stiffness over their mass, 1: Young's modulus and density are known to a data sheet's digits.
+    /// Standard deviation of the logarithm of the beads' stiffness over their mass, 1, from the tolerance of modulus
+    /// and density.
     #[serde(default)]
     pub modulus: f64,
-    /// Largest share of the drive that the decoder of its record may have taken: how steeply that falls is not known. Drawn evenly from none to all.
+    /// Largest loss of drive amplitude in the vibrometer's filter, whose shape is unknown. Drawn uniformly from zero
+    /// to this value.
     #[serde(default)]
     pub droop: f64,
 }
@@ -75,11 +78,11 @@ impl Default for Uncertainty {
     }
 }
 
-/// Error of the baseline from which it moves what a record shows, m: a few times the roughness that every run has.
+/// Baseline error that affects a record, m: a few times the roughness of every run.
 const FELT: f64 = 1e-9;
 
-/// Factor on the power of the likelihood where a drawn quantity moves all features together: a covariance shrunk towards independent features
-/// takes them for more evidence than they are.
+/// Factor on the tempering exponent if a drawn quantity moves all features together: the shrunk covariance would count
+/// them as independent evidence.
 const TOGETHER: f64 = 0.6;
 
 impl Uncertainty {
@@ -98,18 +101,18 @@ impl Uncertainty {
         ]
     }
 
-    /// Factor on the power β of the likelihood.
+    /// Factor on the tempering exponent β of the likelihood.
     fn discount(&self) -> f64 {
         let felt = self.baseline > FELT || self.precompression > 0.0 || self.support_stiffness > 0.0;
         if felt { TOGETHER } else { 1.0 }
     }
 }
 
-/// One simulated run: where in the box, and what came of it.
+/// One simulated run: its position in the box and its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     pub position: Vec<f64>,
-    /// Fingerprint z, or why there is none.
+    /// Fingerprint z, or the reason of the failure.
     pub outcome: Result<Vec<f64>, String>,
 }
 
@@ -120,28 +123,29 @@ impl Run {
         self.outcome.as_deref().ok()
     }
 
-    /// Whether it has so many coordinates and, where it finished, so many features.
+    /// Whether position and features have these numbers of entries.
     pub(super) fn is_of(&self, dimension: usize, features: usize) -> bool {
         self.position.len() == dimension && self.features().is_none_or(|found| found.len() == features)
     }
 }
 
-/// Number of the first run that is predicted: beyond those of any search.
+/// Number of the first predictive run: above those of any search.
 const PREDICTED: u64 = 1 << 32;
 
-/// A run with the time at which it crossed the onset threshold, s; `None` where it did not, or where onsets mean nothing.
+/// A run with its onset time, s; `None` if there is none, or if onsets are not used.
 pub(crate) type TimedRun = (Run, Option<f64>);
 
-/// Called with the number of runs finished, again and again; returning `false`, and from then on always, stops the search: the batch in hand is dropped.
+/// Called repeatedly with the number of finished runs; once it returns `false`, it must keep doing so: the search
+/// stops and drops the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
-/// Most shots that a mean is simulated of: the mean of more differs little from it.
+/// Most shots simulated for an average: more make little difference.
 const MOST_SHOTS: usize = 16;
 
 /// Largest standard deviation of the trigger from shot to shot, s.
 const JITTER: f64 = 0.3e-6;
 
-/// Sample `index` of a trace that comes `late` samples later, by a straight line between two.
+/// Sample `index` of a trace delayed by `late` samples, by linear interpolation.
 fn shifted(trace: &Series, index: usize, late: f64) -> f64 {
     let place = (index as f64 - late).clamp(0.0, (trace.len() - 1) as f64);
     let (whole, part) = (place.floor() as usize, place.fract());
@@ -149,7 +153,7 @@ fn shifted(trace: &Series, index: usize, late: f64) -> f64 {
     (1.0 - part) * trace.values[whole] + part * next
 }
 
-/// A series at `count` samples from `start` on, between its own by the cubic through four.
+/// A series at `count` samples from `start` on, by cubic interpolation.
 fn on_grid(series: &Series, start: f64, count: usize) -> Series {
     let offset = (start - series.start) / series.step;
     if offset.abs() < 1e-9 {
@@ -165,14 +169,13 @@ fn on_grid(series: &Series, start: f64, count: usize) -> Series {
     Series::new(start, series.step, (0..count).map(value).collect())
 }
 
-/// Bandwidth over the highest frequency that is compared, from which even a slow decoder takes less than 5 % of it.
+/// Bandwidth over the highest compared frequency, above which even a slow filter takes less than 5 %.
 const UNFELT: f64 = 4.0;
 
-/// The scene, ready to be run at any point of the box and compared with one record.
+/// The scene, prepared for runs at any point of the box and compared with one record.
 #[derive(Clone)]
 pub struct Forward {
     pub parameters: Vec<Parameter>,
-    /// What the runs are compared with.
     pub comparison: Comparison,
     base: Variation,
     scene: Scene,
@@ -186,8 +189,8 @@ pub struct Forward {
 }
 
 impl Forward {
-    /// Prepare `scene` for runs long enough to be compared: with a record (an
-    /// [`Observation`](super::observation::Observation)) or with whatever else a [`Comparison`] holds.
+    /// Prepares `scene` for runs long enough for the comparison with a record (an
+    /// [`Observation`](super::observation::Observation)) or another [`Comparison`].
     ///
     /// # Errors
     /// When the scene cannot be run at a fixed step.
@@ -202,7 +205,7 @@ impl Forward {
         Self::with_laws(scene, None, parameters, comparison, uncertainty, seed, watch)
     }
 
-    /// As [`Forward::new`], with contact laws fitted to finite bodies before; where there are none the scene's own.
+    /// As [`Forward::new`], with contact laws fitted to finite bodies beforehand; `None` keeps the scene's own.
     ///
     /// # Errors
     /// As [`Forward::new`], or when the laws are not those of the scene's bodies.
@@ -242,13 +245,13 @@ impl Forward {
         })
     }
 
-    /// The contact laws that its runs were given, where they are not the scene's own.
+    /// Contact laws of its runs, if they are not the scene's own.
     #[must_use]
     pub fn laws(&self) -> Option<&FiniteBodyLaws> {
         self.laws.as_ref()
     }
 
-    /// The same runs, with the same draws, made with a finer step; `None` where there is no finer one.
+    /// The same runs with the same draws and a finer step; `None` if there is none.
     #[must_use]
     pub fn refined(&self) -> Option<Self> {
         let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
@@ -268,24 +271,23 @@ impl Forward {
         Ok(Self { scene, engine, low_pass, ..self.clone() })
     }
 
-    /// How imperfectly known the bench is.
     pub(super) fn uncertainty(&self) -> Uncertainty {
         self.uncertainty
     }
 
-    /// The scene, as long as its runs.
+    /// The scene with the duration of the runs.
     pub(super) fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Whether the beads' stiffness over their mass is drawn into runs, or may be fitted instead.
+    /// Whether stiffness over mass of the beads is drawn, and may be fitted instead.
     pub(super) fn draws_modulus(&self) -> bool {
         let fitted = self.parameters.iter().any(|parameter| parameter.target == Target::Modulus);
         self.uncertainty.modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted
     }
 
-    /// What run `random` draws at a point, but for the level of the drive, which is held where α is fitted, and the stiffness over mass, which is
-    /// `stiffness` times the scene's; the noise of the horn is that of place `lane`.
+    /// Draws of run `random` at a point, except the drive level (fixed if α is fitted) and stiffness over mass, which
+    /// is `stiffness` times the scene's; the horn's noise is that of lane `lane`.
     pub(super) fn held(&self, at: &[f64], stiffness: f64, lane: usize, random: &mut ChaCha8Rng) -> Variation {
         let mut variation = self.variation(at, random);
         let mut parameters = self.parameters.iter().zip(at);
@@ -300,8 +302,8 @@ impl Forward {
         variation
     }
 
-    /// Traces without the record's noise, as features see them, of runs at the points and a factor on the stiffness over mass, each under nuisances
-    /// of its own; `None` of a run that failed. The first of them is run number `first`.
+    /// Conditioned traces without the record's noise, at the given points and stiffness factors, each with its own
+    /// nuisances; `None` for a failed run. Numbered from `first`.
     pub(super) fn waveforms(
         &self,
         first: u64,
@@ -327,7 +329,7 @@ impl Forward {
         points.par_chunks(LANES).enumerate().flat_map_iter(chunk).collect()
     }
 
-    /// A trace as an instrument without noise shows it, as features see it.
+    /// A trace conditioned by a noise-free instrument.
     pub(super) fn shown(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Vec<f64> {
         if let Some(passband) = self.passband(position, || random.random()) {
             // What is causal sets the clock back by its delay.
@@ -342,7 +344,7 @@ impl Forward {
         Self { watch, ..self }
     }
 
-    /// The same, drawing from a seed that is `by` further.
+    /// The same with the seed increased by `by`.
     pub(super) fn reseeded(mut self, by: u64) -> Self {
         self.seed = self.seed.wrapping_add(by);
         self
@@ -356,7 +358,7 @@ impl Forward {
         self.timed(first, positions).into_iter().map(|(run, _)| run).collect()
     }
 
-    /// As [`Forward::run`], with the onset of every run. Once whoever watches says stop, what is left has no outcome.
+    /// As [`Forward::run`], with the onset of every run. After a stop, the remaining runs have no outcome.
     #[must_use]
     pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
         let chunks: Vec<Vec<TimedRun>> = positions
@@ -388,7 +390,7 @@ impl Forward {
         chunks.into_iter().flatten().collect()
     }
 
-    /// One run as an instrument stores it that averages: the mean of several shots, each with gaps and a trigger of its own.
+    /// One run as an averaging instrument stores it: the mean of several shots, each with its own gaps and trigger.
     fn averaged(&self, at: &[f64], random: &mut ChaCha8Rng) -> TimedRun {
         let (first, roughness, drawn) = self.drawn(at, random);
         let jitter = JITTER * random.random::<f64>();
@@ -421,25 +423,25 @@ impl Forward {
         self.finish(at, Ok(mean), random)
     }
 
-    /// Tell whoever watches how many runs are done; whether to go on.
+    /// Reports the number of finished runs; returns whether to go on.
     #[must_use]
     pub fn report(&self, runs: u64) -> bool {
         (self.watch)(runs)
     }
 
-    /// Where the draws of run `number` come from.
+    /// Random generator of run `number`.
     pub(super) fn generator(&self, number: u64) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(number + 1);
         random
     }
 
-    /// A point of the box under nuisances drawn from `random`.
+    /// A point of the box with nuisances drawn from `random`.
     pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
         self.drawn(at, random).0
     }
 
-    /// The same with the scale of its gaps, m, and what was drawn of each, over that scale.
+    /// The same with the scale of its gaps, m, and each gap over that scale.
     fn drawn(&self, at: &[f64], random: &mut ChaCha8Rng) -> (Variation, f64, Vec<f64>) {
         let mut variation = self.base.clone();
         for (parameter, &u) in self.parameters.iter().zip(at) {
@@ -481,8 +483,8 @@ impl Forward {
         (variation, roughness, drawn)
     }
 
-    /// What further runs of the bench would be, and what the instrument would let through of each: `count` points drawn from a posterior, each under
-    /// nuisances drawn anew.
+    /// Posterior predictive runs: `count` points drawn from a posterior with fresh nuisances, and the instrument's
+    /// passband for each.
     #[must_use]
     pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<(Variation, Option<Passband>)> {
         let draw = |number: usize| {
@@ -503,7 +505,8 @@ impl Forward {
         self.comparison.reduce(&self.bridged(trace, filtered, || 0.0))
     }
 
-    /// A run as features see it, `filtered`, with what the record lacks bridged before the filter; nothing is done where it lacks nothing.
+    /// A conditioned run `filtered`, with the record's gaps bridged before the filter; unchanged if the record has
+    /// none.
     fn bridged(&self, mut trace: Series, mut filtered: Series, within: impl FnOnce() -> f64) -> Series {
         if self.comparison.masked.is_empty() {
             return filtered;
@@ -518,7 +521,7 @@ impl Forward {
         self.filtered(&trace)
     }
 
-    /// The record's own noise, the record's own low-pass, 40 samples a period, features.
+    /// Adds the record's noise, low-passes, resamples to 40 samples a period, and measures the features.
     pub(super) fn finish(
         &self,
         position: &[f64],
@@ -531,7 +534,7 @@ impl Forward {
         (Run { position: position.to_vec(), outcome }, onset)
     }
 
-    /// The instrument's bandwidth, the record's own noise, the cutoff of both.
+    /// Applies the instrument's bandwidth, the record's noise and the cutoff.
     fn condition(&self, position: &[f64], mut trace: Series, random: &mut ChaCha8Rng) -> Series {
         if let Some(passband) = self.passband(position, || random.random()) {
             trace = passband.pass(&trace);
@@ -553,8 +556,9 @@ impl Forward {
         self.bridged(trace, begun, || random.random_range(-0.5..0.5))
     }
 
-    /// What the instrument lets through of a run at `position`, where that is felt in what is compared. A fitted band falls as a digital filter. One of
-    /// which the bandwidth alone is stated may be any of [`Passband::stated`]: `which` says which this one is.
+    /// Passband of the instrument for a run at `position`, if it matters for the comparison. A fitted bandwidth has
+    /// the roll-off of a digital filter. If only the bandwidth is stated, any of [`Passband::stated`] is possible, and
+    /// `which` selects one.
     #[must_use]
     pub fn passband(&self, position: &[f64], which: impl FnOnce() -> f64) -> Option<Passband> {
         let mut parameters = self.parameters.iter().zip(position);

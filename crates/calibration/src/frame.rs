@@ -1,5 +1,5 @@
-//! A frame in which the best runs are round: with more than two parameters what explains a record is thin along some directions of the unit
-//! box and long along others, and neither neighbours nor cells mean much in the box's own coordinates.
+//! Coordinates in which the best runs are isotropic. With more than two parameters the good region is narrow in some
+//! directions of the unit box and long in others, so distances and cells in the box's own coordinates are not useful.
 
 use nalgebra::{Cholesky, DMatrix};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Standard deviation below which points count as equal, unit coordinates.
 const FINEST: f64 = 1e-4;
 
-/// u = u₀ + L y: y of mean 0 and unit covariance over the points it was made of.
+/// u = u₀ + L y, with y of mean 0 and unit covariance over the given points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     centre: Vec<f64>,
@@ -16,7 +16,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Of points in unit coordinates; `None` of fewer points than coordinates and one more.
+    /// From points in unit coordinates; `None` if there are not more points than coordinates plus one.
     #[must_use]
     pub fn of(points: &[&[f64]]) -> Option<Self> {
         let dimension = points.first()?.len();
@@ -34,7 +34,7 @@ impl Frame {
         Some(Self { centre, rows })
     }
 
-    /// Of a mean and a covariance in unit coordinates; `None` where that is none.
+    /// From mean and covariance in unit coordinates; `None` if the covariance is not positive definite.
     #[must_use]
     pub(crate) fn with(centre: &[f64], covariance: &[Vec<f64>]) -> Option<Self> {
         let dimension = centre.len();

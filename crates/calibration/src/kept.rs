@@ -1,19 +1,19 @@
-//! Runs of a fidelity level that take seconds each, kept on disk as they finish: what is killed makes none of them again.
+//! Store of slow runs (seconds each), written as they finish, so that a killed fit repeats none.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
 use super::forward::Run;
 use granchain_record::run_log::{RunLog, RunLogError};
 
-/// Where the runs of one fidelity level of one fit are kept.
+/// Location of the stored runs of one fidelity level of one fit.
 #[derive(Debug, Clone)]
 pub struct KeptPlace {
     pub path: PathBuf,
-    /// Digest of what the fit is made from; runs of another are not taken.
+    /// Digest of the fit's inputs; runs with another digest are ignored.
     pub key: String,
 }
 
-/// The runs of a fidelity level that are finished.
+/// Stored runs of a fidelity level.
 #[derive(Debug)]
 pub struct KeptRuns {
     log: RunLog,
@@ -22,13 +22,13 @@ pub struct KeptRuns {
 }
 
 impl KeptPlace {
-    /// The file beside it for the finer bodies of the same fidelity level.
+    /// The file for the finer bodies of the same level.
     #[must_use]
     pub fn finer(&self) -> Self {
         Self { path: self.path.with_extension("finer.jsonl"), key: self.key.clone() }
     }
 
-    /// Open it, or begin it.
+    /// Opens or creates the store.
     ///
     /// # Errors
     /// When the file cannot be read or written.
@@ -39,14 +39,14 @@ impl KeptPlace {
 }
 
 impl KeptRuns {
-    /// The run of this number at this point, where an earlier process finished it.
+    /// The stored run with this number and position, if there is one.
     #[must_use]
     pub fn found(&self, number: u64, position: &[f64]) -> Option<&Run> {
         let (key, run) = self.runs.get(&usize::try_from(number).ok()?)?;
         (*key == self.key && run.position == position).then_some(run)
     }
 
-    /// Keep one; when this returns, it survives a kill.
+    /// Stores a run; on return it is on disc.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -54,7 +54,6 @@ impl KeptRuns {
         self.log.keep(number as usize, &(&self.key, run))
     }
 
-    /// What is to be said of lines that were altered since they were written.
     #[must_use]
     pub fn damage(&self) -> Option<String> {
         self.log.damage()

@@ -1,4 +1,4 @@
-//! One candidate on all its fidelity levels: searched on the chain, answered there or, after a correction, on the fidelity level above.
+//! One candidate on all its fidelity levels: searched on the chain, then corrected level by level.
 
 use std::{
     sync::Arc,
@@ -25,18 +25,19 @@ use super::{
     waveform::{self, Compared, QUANTILE},
 };
 
-/// What an earlier run left of one candidate.
+/// Saved state of one candidate.
 #[derive(Default)]
 pub struct SavedFit {
     search: (Option<SearchCheckpoint>, Option<Search>),
-    /// Of each fidelity level above the chain, the lowest first.
+    /// For each fidelity level above the chain, lowest first.
     corrections: Vec<(SearchCheckpoint, Option<Correction>)>,
-    /// Where the runs of the highest fidelity level are kept one by one.
+    /// Store of the runs of the highest fidelity level.
     kept: Option<KeptPlace>,
 }
 
 impl SavedFit {
-    /// What lies where search and corrections, the lowest first, are kept from batch to batch, and the runs of the highest one by one.
+    /// Reads the saved states of search and corrections (lowest first) and locates the stored runs of the highest
+    /// level.
     ///
     /// # Errors
     /// A state that is damaged or belongs to another fit.
@@ -52,19 +53,19 @@ impl SavedFit {
     }
 }
 
-/// The runs of one candidate, and what can make them again.
+/// The runs of one candidate, and the models that make them.
 pub struct Made {
     pub runs: CandidateRuns,
-    /// What makes those of the search.
+    /// Forward models of the search.
     pub joint: MultiRecord,
-    /// What makes the pairs of the corrections, the lowest first.
+    /// Fidelity levels of the corrections, lowest first.
     pub rungs: Vec<FidelityLevel>,
 }
 
-/// Times that a box is widened at most.
+/// Most times that a box is widened.
 const WIDEST: usize = 3;
 
-/// The search of a box that explains nothing, while a wider one is searched.
+/// A search that explains nothing, while a wider box is searched.
 struct Narrow {
     joint: MultiRecord,
     fit: Fit,
@@ -73,19 +74,17 @@ struct Narrow {
     parameters: Vec<Parameter>,
 }
 
-/// What came of one candidate.
 pub(super) struct FittedLevels {
     pub(super) made: Made,
-    /// The answer of its top fidelity level, or why the search has none.
+    /// Fit of its top fidelity level, or why there is none.
     pub(super) fit: Result<Fit, FitError>,
     pub(super) searching: Duration,
-    /// Of each fidelity level above the chain that was fitted.
     pub(super) correcting: Vec<Duration>,
-    /// What is to be said of kept runs.
     pub(super) warnings: Vec<String>,
 }
 
-/// Search a candidate on the chain and correct it on the fidelity levels above, one after another, with its `bodies`; `watch` receives the number of its runs.
+/// Searches a candidate on the chain and corrects it on the fidelity levels above, with its `bodies`; `watch` receives
+/// the number of runs.
 ///
 /// # Errors
 /// When it is stopped, cannot be run, or its correction has no answer.
@@ -231,7 +230,7 @@ pub(super) fn fit_levels(
     Ok(FittedLevels { made, fit: Ok(fit), searching, correcting, warnings })
 }
 
-/// A fit on the chain with what the waveforms of its records say, where each has one.
+/// A fit on the chain combined with the waveforms of its records, if all have one.
 fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit) -> Fit {
     let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| {
         let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);

@@ -1,4 +1,4 @@
-//! Parameters, residuals and the search for them: the only user of argmin.
+//! Calibration: parameters, simulated runs, search, likelihood, posterior, prediction, diagnosis and outcome.
 //!
 //! ```text
 //! Plan, Bench, Record ─► Problem ─ fit ─► Fitted ─ predict ─► Confirmed ─ outcome ─► CalibrationOutcome

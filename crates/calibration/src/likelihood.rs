@@ -1,19 +1,19 @@
-//! Regression synthetic likelihood: what all runs together say about one point of the box.
+//! Regression synthetic likelihood: the likelihood of a point of the box, from all runs.
 //!
 //! Near a point x the features z of the k nearest runs are regressed, locally linearly, on the parameters. The
-//! regression's value at x is the expected fingerprint there, its residuals are the scatter a single run has (chaos,
-//! noise and nuisances, which every run draws anew). The record's z₀ is then judged by a multivariate Student t:
+//! regression's value at x is the expected fingerprint. Its residuals are the run-to-run scatter (chaos, noise and
+//! nuisances, which every run draws again). The record's z₀ is then judged by a multivariate Student t:
 //!
 //! SL(x) = ln t_ν(z₀; z̄(x), Σ(x)),  Σ = C · n/ν · (1 + (G⁻¹)₀₀/n),  ν = n − max(3, p + 1),
 //!
-//! with p the number of parameters, n = (Σw)²/Σw² the effective number of runs under tricube weights w, C the weighted residual covariance with its
-//! off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix of the regressors (1, x − x₀).
+//! with p the number of parameters, n = (Σw)²/Σw² the effective number of runs under tricube weights w, C the weighted
+//! residual covariance with its off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix
+//! of the regressors (1, x − x₀).
 //!
-//! Where several records are fitted together their runs differ in all that is drawn, so given x they are independent: SL is the sum of
-//! what each record's features contribute ([`TrainingRuns::parted`]).
+//! Several records have independent runs at a given x, so SL is the sum over the records ([`TrainingRuns::parted`]).
 //!
-//! After S. N. Wood, *Nature* 466 (2010) 1102; the regression in place of replicates, k, the shrinkage and the power β
-//! of [`super::posterior`] were tuned on twins, see `docs/method.md`.
+//! After S. N. Wood, *Nature* 466 (2010) 1102. The regression in place of replicates, k, the shrinkage and the
+//! tempering exponent β of [`super::posterior`] were tuned on synthetic records, see `docs/method.md`.
 
 mod regression;
 
@@ -26,7 +26,7 @@ use super::frame::Frame;
 /// Neighbours k of a local regression on one or two parameters.
 pub(crate) const NEIGHBOURS: usize = 40;
 
-/// Neighbours k of a local regression on so many parameters: every slope has to be found too.
+/// Neighbours k of a local regression on `dimension` parameters: more parameters need more neighbours.
 #[must_use]
 pub const fn neighbours(dimension: usize) -> usize {
     match dimension {
@@ -36,10 +36,10 @@ pub const fn neighbours(dimension: usize) -> usize {
     }
 }
 
-/// Stands for a weight of zero.
+/// Replaces a weight of zero.
 const SMALLEST_WEIGHT: f64 = 1e-12;
 
-/// Finished runs, as the regression sees them.
+/// Finished runs, prepared for the regression.
 #[derive(Debug, Clone)]
 pub struct TrainingRuns {
     positions: Vec<Vec<f64>>,
@@ -51,11 +51,11 @@ pub struct TrainingRuns {
     neighbours: usize,
     power: f64,
     domain: Option<(Vec<f64>, Vec<f64>)>,
-    /// Where distances are measured, and the runs in it; in the unit box where there is none.
+    /// Frame for distances, and the runs in it; `None`: the unit box.
     frame: Option<(Frame, Vec<Vec<f64>>)>,
-    /// γ² of each feature: what is added to its variance, relative to it, where records do not agree with any run.
+    /// γ² of each feature: added variance relative to its own, for features that no run reproduces.
     inflation: Vec<f64>,
-    /// Standard deviation of ln of the factor on all amplitudes of a record, and how each feature answers to it.
+    /// Standard deviation of ln of a record's amplitude factor, and the response of each feature to it.
     sensitivity: (f64, Vec<f64>),
 }
 
@@ -90,14 +90,15 @@ impl TrainingRuns {
         training
     }
 
-    /// The same with another power β on the likelihood.
+    /// The same with another tempering exponent β.
     #[must_use]
     pub(crate) fn tempered(mut self, power: f64) -> Self {
         self.power = power;
         self
     }
 
-    /// The same with what is known of the model's own error: `shift` is added to every run's features, `nuggets` to their scatter.
+    /// The same with the model's discretisation error: `shift` is added to every run's features, `nuggets` to their
+    /// scatter.
     #[must_use]
     pub fn corrected(mut self, shift: &[f64], nuggets: &[f64]) -> Self {
         for deviation in &mut self.deviations {
@@ -114,15 +115,16 @@ impl TrainingRuns {
         self
     }
 
-    /// The same with an unknown factor on all amplitudes of a record, of that standard deviation in ln; `answers` says how a feature moves with
-    /// its logarithm. Exact, where a factor drawn into the runs would be lost with the off-diagonals.
+    /// The same with an unknown factor on all amplitudes of a record (`deviation`: standard deviation in ln;
+    /// `answers`: response of each feature). This is exact; a factor drawn in the runs would be lost when the
+    /// off-diagonals are shrunk.
     #[must_use]
     pub fn scaled(mut self, deviation: f64, answers: Vec<f64>) -> Self {
         self.sensitivity = (deviation, answers);
         self
     }
 
-    /// The same, its features those of several records: so many of the first, of the second and so on. Their sum is all.
+    /// The same with features of several records: `counts` gives their numbers, which sum to all features.
     #[must_use]
     pub fn parted(mut self, counts: &[usize]) -> Self {
         let mut end = 0;
@@ -139,7 +141,7 @@ impl TrainingRuns {
         self.parts.len()
     }
 
-    /// Which features are those of record `record`.
+    /// Range of the features of record `record`.
     #[must_use]
     pub fn part(&self, record: usize) -> Range<usize> {
         self.parts[record].clone()
@@ -173,26 +175,25 @@ impl TrainingRuns {
         self
     }
 
-    /// The frame that distances are measured in, and the runs in it.
+    /// The frame for distances, and the runs in it.
     #[must_use]
     pub fn frame(&self) -> Option<&(Frame, Vec<Vec<f64>>)> {
         self.frame.as_ref()
     }
 
-    /// The same, trusted between two corners of the unit box only: beyond, the likelihood is 0.
+    /// The same, restricted to a region between two corners of the unit box: outside it the likelihood is 0.
     #[must_use]
     pub fn within(mut self, low: Vec<f64>, high: Vec<f64>) -> Self {
         self.domain = Some((low, high));
         self
     }
 
-    /// The corners between which the regression is trusted.
     #[must_use]
     pub(crate) fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
-    /// β, the power on the likelihood that makes a posterior.
+    /// Tempering exponent β of the likelihood.
     #[must_use]
     pub fn power(&self) -> f64 {
         self.power
@@ -209,7 +210,7 @@ impl TrainingRuns {
         self.positions.is_empty()
     }
 
-    /// Squared distance of every run from `at`, in the frame where there is one.
+    /// Squared distance of every run from `at`, in the frame if there is one.
     fn distances(&self, at: &[f64]) -> Vec<f64> {
         let inside = self.frame.as_ref().map(|(frame, _)| frame.inside(at));
         let at = inside.as_deref().unwrap_or(at);
@@ -217,7 +218,7 @@ impl TrainingRuns {
         self.measured().iter().map(squared).collect()
     }
 
-    /// Positions as distances are measured.
+    /// Positions in the coordinates for distances.
     fn measured(&self) -> &[Vec<f64>] {
         self.frame.as_ref().map_or(&self.positions, |(_, inside)| inside)
     }
@@ -238,7 +239,7 @@ impl TrainingRuns {
         self.regress_over(at, &self.distances(at))
     }
 
-    /// The same where a run stands, without that run: how far it is from what all others expect there, and that expectation.
+    /// The regression at a run's position without that run: the run's deviation from it, and the regression.
     #[must_use]
     pub(crate) fn regress_leaving(&self, run: usize) -> Option<(&[f64], Local)> {
         let at = &self.positions[run];
@@ -247,7 +248,7 @@ impl TrainingRuns {
         Some((&self.deviations[run], self.regress_over(at, &squared)?))
     }
 
-    /// SL at a point; −∞ where the regression is impossible.
+    /// SL at a point; −∞ if a regression is impossible.
     #[must_use]
     pub(crate) fn log_likelihood(&self, at: &[f64]) -> f64 {
         if let Some((low, high)) = &self.domain

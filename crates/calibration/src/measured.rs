@@ -1,4 +1,4 @@
-//! What a scene is fitted to: the record of a vibrometer or a hydrophone, or published features where no waveform exists.
+//! Data to be fitted: a record of a vibrometer or hydrophone, or published features without a waveform.
 
 use std::path::Path;
 
@@ -27,28 +27,27 @@ pub enum Measured {
 #[derive(Debug, Clone)]
 pub struct MeasuredRecord {
     pub record: Record,
-    /// As the lab's chain sees simulated traces.
+    /// Instrument model for simulated traces.
     pub recording: Recording,
-    /// As the fit sees it.
+    /// The record conditioned for the fit.
     pub observation: Observation,
 }
 
-/// Printed statements, as read and as the fit sees them.
+/// Published statements, as read and prepared for the fit.
 #[derive(Debug, Clone)]
 pub struct MeasuredFeatures {
     pub published: PublishedFeatures,
-    /// As the fit sees them.
     pub printed: Printed,
 }
 
-/// Whether a file is one of published features.
+/// Whether a file holds published features.
 #[must_use]
 pub(crate) fn is_published(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
 impl Measured {
-    /// Read and check a file, for runs of `scene` under `drive` where that was recorded; what was assumed goes to `assumptions`.
+    /// Reads and checks a file for runs of `scene` under `drive`, if recorded; assumptions are added to `assumptions`.
     ///
     /// # Errors
     /// Whatever is wrong with the file, or makes it incomparable with the scene.
@@ -75,7 +74,7 @@ impl Measured {
         Self::of(read_record(path, kind, &options)?, set, (scene, drive), assumptions)
     }
 
-    /// Check a record that is read already, of a vibrometer or a hydrophone.
+    /// Checks a vibrometer or hydrophone record that has been read.
     ///
     /// # Errors
     /// Whatever makes it incomparable with the scene.
@@ -105,7 +104,7 @@ impl Measured {
         Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
     }
 
-    /// What every run is compared with.
+    /// The comparison of runs with it.
     #[must_use]
     pub fn comparison(&self) -> Comparison {
         match self {
@@ -122,7 +121,6 @@ impl Measured {
         }
     }
 
-    /// SHA-256 of the file.
     #[must_use]
     pub fn sha256(&self) -> &str {
         match self {
@@ -131,7 +129,7 @@ impl Measured {
         }
     }
 
-    /// The waveform, where there is one.
+    /// The waveform, if there is one.
     #[must_use]
     pub fn record(&self) -> Option<&Record> {
         match self {
@@ -140,7 +138,7 @@ impl Measured {
         }
     }
 
-    /// The waveform as the fit sees it, where there is one.
+    /// The conditioned waveform, if there is one.
     #[must_use]
     pub fn trace(&self) -> Option<&Series> {
         match self {
@@ -149,7 +147,7 @@ impl Measured {
         }
     }
 
-    /// What looks wrong in it, and what is left out for that.
+    /// Warnings about the record, and what is left out because of them.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         match self {
@@ -160,7 +158,7 @@ impl Measured {
         }
     }
 
-    /// The printed statements, where there is no waveform.
+    /// The published statements, if there is no waveform.
     #[must_use]
     pub fn features(&self) -> Option<&MeasuredFeatures> {
         match self {
@@ -178,11 +176,10 @@ impl Measured {
     }
 }
 
-/// How long a record is kept behind its motion, in durations of the scene: what is compared ends with the burst.
+/// Length of a record that is kept after its motion, in durations of the scene: the comparison ends with the burst.
 const KEPT: f64 = 2.0;
 
-/// Take off what a scope's long memory holds behind all that is compared, which would cost memory and time in every step from here on; returns what was
-/// done.
+/// Cuts the tail of a long record, which is not compared but would cost memory and time; returns a description.
 fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
     let last = Window::of_trace(&record.series, scene.drive.frequency).ok()?.to;
     let (until, end) = (last + KEPT * scene.duration, record.series.end());
@@ -201,14 +198,15 @@ fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
     ))
 }
 
-/// Largest denominator of a fraction of the drive at which a chain has lines of its own.
+/// Largest denominator of a fraction of the drive frequency that counts as a line of the chain.
 const DENOMINATOR: u32 = 4;
-/// Distance of a line from those fractions and their multiples that is none, over the drive frequency.
+/// Largest distance of a line from those fractions and their multiples, over the drive frequency.
 const OFF_FRACTION: f64 = 0.02;
-/// Share of the strongest line that the drive's own lines have at least.
+/// Least amplitude of the drive's own lines, over the strongest line.
 const OWN_SHARE: f64 = 0.25;
 
-/// Refuse a record whose strongest line is none of the drive's, where the lines of the drive are weak beside it: another drive made it.
+/// Refuses a record whose strongest line does not belong to the drive and exceeds the drive's lines: it has another
+/// drive.
 fn refuse_other_drive(record: &Record, frequency: f64) -> Result<(), Refusal> {
     let Ok(window) = Window::of_trace(&record.series, frequency) else { return Ok(()) };
     let Some(found) = record.strongest_line() else { return Ok(()) };
@@ -227,14 +225,14 @@ fn refuse_other_drive(record: &Record, frequency: f64) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Share of a horn's velocity at the drive frequency, at least: it hardly moves otherwise.
+/// Least share of a horn's velocity at the drive frequency.
 const PURE: f64 = 0.9;
-/// The same of a bead that is struck, at most.
+/// Largest such share of a driven bead.
 const STRUCK: f64 = 0.8;
-/// Way by which a bead moves on as it is pushed into its support, over the amplitude that is left of it, at least; a horn comes back.
+/// Least displacement of a bead pushed into its support, over the remaining amplitude; a horn returns.
 const MOVED_ON: f64 = 0.5;
 
-/// That the two files may be swapped: what is said to be the horn moves as a struck bead, and the bead as a horn.
+/// Warning that the two files may be swapped: the horn record looks like a bead and the bead record like a horn.
 fn swapped(record: &Record, drive: &RecordedDrive) -> Option<String> {
     let (frequency, x) = (drive.motion.drive_frequency, &drive.motion.displacement);
     let share = |series: &Series| {

@@ -1,12 +1,12 @@
-//! Several records fitted together: one set of parameters, one run a record at every point of the box.
+//! Several records fitted together: one set of parameters, one run per record at every point of the box.
 //!
-//! The records share what is fitted (α, damping) and nothing else: each has its own drive, its own number of beads if need be, its own
-//! trigger, baseline, noise and cutoff, and every run draws its gaps and its drive's factor anew. Given the parameters the records are
-//! therefore independent and their likelihoods multiply:
+//! The records share the fitted parameters (α, damping). Each has its own drive, trigger, baseline, noise and cutoff,
+//! and may have its own number of beads; every run draws its gaps and drive factor. Given the parameters, the records
+//! are independent and their likelihoods multiply:
 //!
 //! SL(x) = Σ_r SL_r(x), every SL_r from its own features z_r by the regression of [`super::likelihood`].
 //!
-//! A point is run for every record, so what one record alone would have said is read from the same runs ([`Share`]).
+//! Since every point is run for every record, the result of one record alone follows from the same runs ([`Share`]).
 
 use std::path::PathBuf;
 
@@ -21,20 +21,21 @@ use super::{
     posterior::Posterior,
 };
 
-/// Points of a search for several records whose intervals were tested.
+/// Points of a search for several records with which intervals were tested.
 pub const TESTED_TOGETHER: usize = 1200;
 
-/// Between the seeds of two records' runs: far beyond any number of fits that are numbered one by one.
+/// Distance between the seeds of two records: larger than any number of runs.
 const SEED_STRIDE: u64 = 1 << 40;
 
-/// Relative difference of two drive frequencies up to which they are the same: what a lock-in or a spectrum of forty periods leaves open.
+/// Relative difference up to which two drive frequencies count as equal: the resolution of a lock-in or a spectrum of
+/// forty periods.
 const SAME_FREQUENCY: f64 = 1e-3;
 
-/// A drive frequency and the place that says so.
+/// A drive frequency and its source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatedFrequency {
     pub path: PathBuf,
-    /// Its line, from 1; `None` where no single line says it.
+    /// Its line, from 1; `None` if it is not on one line.
     pub line: Option<usize>,
     /// f0, Hz.
     pub frequency: f64,
@@ -60,8 +61,7 @@ pub enum JointError {
     OtherFrequency { found: StatedFrequency, expected: StatedFrequency },
 }
 
-/// Refuse records at different drive frequencies: what couples the horn to its drive is a number at one frequency, and features are taken at
-/// its multiples.
+/// Refuses records at different drive frequencies: α holds at one frequency, and features are taken at its multiples.
 ///
 /// # Errors
 /// [`JointError::OtherFrequency`] for the first that differs from the first of all.
@@ -74,7 +74,7 @@ pub(crate) fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointEr
     }
 }
 
-/// The records that are fitted together, at least one; the same parameters in each.
+/// Records that are fitted together, at least one, with the same parameters.
 #[derive(Clone)]
 pub struct MultiRecord {
     first: Forward,
@@ -100,7 +100,7 @@ impl From<&MultiRecord> for MultiRecord {
 }
 
 impl MultiRecord {
-    /// The same with a further record, whose runs draw from a seed of their own. What is fitted is what the first record says.
+    /// The same with a further record, whose runs have their own seed. The first record defines the parameters.
     #[must_use]
     pub fn and(mut self, record: Forward) -> Self {
         let number = self.others.len() as u64 + 1;
@@ -125,15 +125,15 @@ impl MultiRecord {
         std::iter::once(&self.first).chain(&self.others).collect()
     }
 
-    /// The same, every record's runs made with a finer step; `None` where that cannot be.
+    /// The same with a finer step for every record; `None` if impossible.
     #[must_use]
     pub fn refined(&self) -> Option<Self> {
         let others = self.others.iter().map(Forward::refined).collect::<Option<_>>()?;
         Some(Self { first: self.first.refined()?, others })
     }
 
-    /// Run the points for every record, the first of which is run number `first` of the search: the fingerprints of all records, one behind
-    /// the other. A point fails as soon as one of its runs does.
+    /// Runs the points for every record, numbered from `first`: the fingerprints of all records, concatenated. A point
+    /// fails if one of its runs fails.
     #[must_use]
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
         let mut runs = self.first.run(first, positions);
@@ -150,7 +150,7 @@ impl MultiRecord {
     }
 }
 
-/// What one of several records says by itself.
+/// Result of one of several records alone.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Share {
     /// Its estimates, from the runs made for all records.
@@ -159,13 +159,13 @@ pub struct Share {
     pub correlation: f64,
     /// Its posterior, from the runs made for all records.
     pub posterior: Posterior,
-    /// Misfit per feature of this record at the runs that are best for all, in scatters.
+    /// Misfit per feature of this record at the runs that are best for all records.
     pub misfit: f64,
-    /// Share of right records that are as far from the model as this one at the joint answer.
+    /// p-value of this record at the joint answer.
     pub p: f64,
 }
 
-/// What each of several records says by itself, `p` being that of each at the joint answer; empty for one record.
+/// Result of each of several records alone, with its p at the joint answer; empty for one record.
 pub(super) fn shares(
     parameters: &[Parameter],
     training: &TrainingRuns,

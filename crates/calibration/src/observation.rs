@@ -1,4 +1,4 @@
-//! What a fit is held against: the record, conditioned, with its fingerprint.
+//! The record conditioned for the fit, with its fingerprint.
 
 use thiserror::Error;
 
@@ -20,43 +20,42 @@ const EARLY_NUGGET: f64 = 0.02;
 /// Nugget of a late feature, in ln.
 pub(super) const LATE_NUGGET: f64 = 0.01;
 
-/// What is added to both where samples are bridged: a bridge is as good as its supports. In the highest band little else is left than what a drop-out
-/// leaves that was too small to be found.
+/// Added to both where samples are bridged, and in the highest band, which then mostly holds undetected parts of drop-outs.
 const BRIDGED_NUGGET: (f64, f64) = (0.01, 0.3);
 
-/// Largest value at the beginning of a record without quiet samples that may be an offset, over its peak.
+/// Largest possible offset at the beginning of a record without quiet samples, over its peak.
 const UNKNOWN_OFFSET: f64 = 0.03;
 
-/// Rms about its mean in the first period of a record without quiet samples beyond which it moves: over that of the noise, and over the peak, for a
-/// record may have no noise.
+/// Rms in the first period of a record without quiet samples above which it moves: over that of the noise, and over
+/// the peak (a record may have no noise).
 const WAVERS: [f64; 2] = [2.0, 0.01];
 
-/// Share of the periods that could be compared below which a record is called short, and their number.
+/// Share of the comparable periods below which a record is called short, and their number.
 const SHORT: f64 = 0.75;
 const MOST_COMPARED: f64 = 40.0;
 
-/// Periods after the beginning of a drive whose first ones are lost, until the chain has forgotten them.
+/// Periods after which the chain has forgotten the missing first cycles of a drive.
 const SETTLED: f64 = 10.0;
 
-/// Periods within which nobody's answer is at its full strength where the drive takes longer to half of its own.
+/// Periods within which a response cannot reach full strength if the drive takes longer to reach half of its own.
 const SUDDEN: f64 = 3.0;
 
-/// Highest cutoff, Hz: above it a laser vibrometer of this class records little but noise.
+/// Highest cutoff, Hz: above it a laser vibrometer of this class records mostly noise.
 const HIGHEST_CUTOFF: f64 = 1.25e6;
 
-/// The cutoff of traces whose own sampling sets no lower one: 1.25 MHz, or what 40 samples a drive period carry, Hz.
+/// Cutoff for traces sampled fast enough: 1.25 MHz, or the limit of 40 samples a drive period, Hz.
 #[must_use]
 pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
     f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
 }
 
-/// Highest sample rate that is kept, Hz: sixteen times the highest cutoff of any comparison. A faster record is averaged down to it.
+/// Highest sample rate that is kept, Hz: sixteen times the highest cutoff. Faster records are averaged down to it.
 const DENSEST: f64 = 16.0 * HIGHEST_CUTOFF;
 
-/// Independent samples that the noise of a record without quiet ones is taken to be known by.
+/// Assumed number of independent samples behind the noise estimate of a record without quiet samples.
 const UNTOLD_FREEDOM: f64 = 20.0;
 
-/// Fewest averaged samples at rest that tell their noise.
+/// Fewest averaged samples at rest for a noise estimate.
 const FEWEST_QUIET: usize = 25;
 
 /// The means of so many samples each, at their middles.
@@ -69,7 +68,7 @@ fn averaged(series: &Series, together: usize) -> Series {
     Series::new(series.start + 0.5 * (together - 1) as f64 * series.step, series.step * together as f64, values)
 }
 
-/// A recorded velocity or pressure and what is known of how it was recorded.
+/// A recorded velocity or pressure with its instrument.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     pub measurand: Measurand,
@@ -79,28 +78,29 @@ pub struct Recording {
     pub noise_rms: f64,
     /// Bandwidth of the instrument, Hz, if stated.
     pub bandwidth: Option<f64>,
-    /// Density of the noise that a converter of few bits adds where the signal moves and not where it rests, one-sided, unit²/Hz of the signal.
+    /// Additional density of the noise of a coarse converter while the signal moves, one-sided, unit²/Hz of the
+    /// signal.
     pub rounding: f64,
     /// Number of quiet samples at the start.
     pub quiet: usize,
     /// Where its input was clipped, below and above, unit of the signal.
     pub clipped: [Option<f64>; 2],
-    /// Whether the record of the drive begins inside its burst, so that nobody knows what the chain did first.
+    /// Whether the drive record begins inside its burst, so that the first drive cycles are unknown.
     pub begins_late: bool,
     /// Stretches without valid samples, bridged in `signal`.
     pub masked: Vec<Gap>,
-    /// Number of shots that it is the mean of.
+    /// Number of shots averaged in it.
     pub averages: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passband {
-    /// Where its gain is what `fall` says, Hz.
+    /// Frequency at which the gain has the value stated by `fall`, Hz.
     pub bandwidth: f64,
     pub fall: Fall,
 }
 
-/// How an instrument's gain falls beyond its bandwidth.
+/// Roll-off of an instrument beyond its bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fall {
     /// Without phase: 1 as a digital filter, 0 as a Gaussian; ½ at the bandwidth; [`LowPass::falling`].
@@ -109,13 +109,13 @@ pub enum Fall {
     Causal(CausalShape, f64),
 }
 
-/// Which of [`Passband::stated`] is taken where one has to be chosen.
+/// Default choice among [`Passband::stated`].
 pub const MIDDLE: f64 = 0.5;
 
-/// Share of instruments of which nothing but the bandwidth is stated that are taken to have no phase.
+/// Assumed share of zero-phase instruments if only the bandwidth is stated.
 const PHASELESS: f64 = 0.3;
 
-/// Shapes of the others, each as likely; a bandwidth may be that of −3 dB or of −6 dB.
+/// Filters of the others, equally likely; the bandwidth may be that of −3 dB or of −6 dB.
 const CAUSAL: [CausalShape; 5] = [
     CausalShape::Butterworth(1),
     CausalShape::Butterworth(2),
@@ -125,7 +125,7 @@ const CAUSAL: [CausalShape; 5] = [
 ];
 
 impl Passband {
-    /// One of those that a stated bandwidth (Hz) may mean; `which` from 0 to 1 says which. The middle one, of ½, is between them.
+    /// A filter compatible with a stated bandwidth (Hz), selected by `which` from 0 to 1; ½ is the middle one.
     #[must_use]
     pub fn stated(bandwidth: f64, which: f64) -> Self {
         if which < PHASELESS {
@@ -136,7 +136,6 @@ impl Passband {
         Self { bandwidth, fall: Fall::Causal(CAUSAL[(number / 2).min(CAUSAL.len() - 1)], gain) }
     }
 
-    /// What is left of a trace.
     #[must_use]
     pub fn pass(&self, trace: &Series) -> Series {
         match self.fall {
@@ -149,7 +148,7 @@ impl Passband {
     }
 }
 
-/// Samples as an input shows them that was clipped there, if it was.
+/// Clips samples as the input did, if it did.
 pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
     let (low, high) = (low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY));
     if low < high && (low.is_finite() || high.is_finite()) {
@@ -157,7 +156,8 @@ pub fn clip(values: &mut [f64], [low, high]: [Option<f64>; 2]) {
     }
 }
 
-/// Noise over the converter's step below which the quiet samples do not show its rounding, and above which they show all of it.
+/// Noise over the converter's step below which quiet samples show none of the rounding noise, and above which they
+/// show all of it.
 const ROUNDED: (f64, f64) = (0.3, 0.7);
 
 /// See [`Recording::rounding`]: q²/12 over half the sample rate.
@@ -168,7 +168,7 @@ fn rounding(record: &Record) -> f64 {
 }
 
 impl Recording {
-    /// Of a bead's or a hydrophone's record; `begins_late` as of the field.
+    /// From a bead's or hydrophone's record; for `begins_late` see the field.
     #[must_use]
     pub fn of(record: &Record, begins_late: bool) -> Self {
         let measurand = match record.kind {
@@ -198,20 +198,20 @@ impl Recording {
         }
     }
 
-    /// What its instrument lets through, as far as it is stated.
+    /// Passband of its instrument, if stated.
     #[must_use]
     pub fn passband(&self) -> Option<Passband> {
         self.bandwidth.map(|bandwidth| Passband::stated(bandwidth, MIDDLE))
     }
 
-    /// The spectrum of its noise, where the quiet samples show a 1/f part.
+    /// Noise spectrum, if the quiet samples show a 1/f part.
     fn flicker(&self) -> Option<NoiseSpectrum> {
         NoiseSpectrum::of(&self.signal.values[..self.quiet.min(self.signal.len())], self.signal.step)
             .filter(|spectrum| spectrum.flicker > 0.0)
     }
 
-    /// One-sided density of its noise in what is compared, given the signal below `cutoff` (Hz): white up to half the sample rate, as that of a
-    /// converter; up to the bandwidth, as that which a decoder shapes; in between, as the quiet samples have it.
+    /// One-sided density of the noise in the compared band, given the signal below `cutoff` (Hz): white up to half the
+    /// sample rate (converter), or up to the bandwidth (vibrometer), or in between, as the quiet samples show.
     fn noise_density(&self, filtered: &[f64], cutoff: f64) -> f64 {
         let half = 0.5 * self.signal.sample_rate();
         let (white, shaped) =
@@ -225,7 +225,7 @@ impl Recording {
     }
 }
 
-/// Why a record cannot be fitted to.
+/// Why a record cannot be fitted.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ObservationError {
@@ -257,12 +257,12 @@ pub enum ObservationError {
     Fingerprint(#[from] FingerprintError),
 }
 
-/// The record as the fit sees it.
+/// The record conditioned for the fit.
 #[derive(Debug, Clone)]
 pub struct Observation {
     /// The record at [`SAMPLES_PER_CYCLE`] a drive period, low-passed, m/s or Pa.
     pub trace: Series,
-    /// Stretches without valid samples, counted from the landmark of the trace.
+    /// Stretches without valid samples, relative to the trace's alignment reference.
     pub masked: Vec<Gap>,
     /// Interval of the samples as recorded, s.
     pub sampling: f64,
@@ -270,7 +270,7 @@ pub struct Observation {
     pub cutoff: f64,
     /// Stated bandwidth of the instrument, Hz.
     pub bandwidth: Option<f64>,
-    /// Where the instrument's input was clipped, below and above, m/s or Pa.
+    /// Clipping levels of the instrument's input, below and above, m/s or Pa.
     pub clipped: [Option<f64>; 2],
     /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
     pub noise_density: f64,
@@ -278,16 +278,16 @@ pub struct Observation {
     pub flicker: f64,
     /// See [`Recording::rounding`].
     pub rounding: f64,
-    /// Number of independent quiet samples that tell its noise.
+    /// Number of independent quiet samples behind the noise estimate.
     pub noise_freedom: f64,
-    /// Number of shots that the record is the mean of.
+    /// Number of shots averaged in the record.
     pub averages: usize,
     pub fingerprint: Fingerprint,
     /// Features z₀ of the record.
     pub features: Vec<f64>,
     /// Smallest scatter allowed to each feature, in ln.
     pub nuggets: Vec<f64>,
-    /// What is left out and why, in words; shown beside the verdict.
+    /// Warnings about parts left out, shown beside the verdict.
     pub warnings: Vec<String>,
 }
 
@@ -422,7 +422,7 @@ impl Observation {
     }
 }
 
-/// Mean square about the mean, which no offset changes.
+/// Mean square about the mean, independent of an offset.
 fn variance(values: &[f64]) -> f64 {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
@@ -437,7 +437,7 @@ mod tests {
 
     use super::*;
 
-    /// White noise of rms 1 at 10 MHz, as a converter adds it behind a decoder of 0.5 MHz.
+    /// White noise of rms 1 at 10 MHz, as a converter adds it behind a vibrometer of 0.5 MHz.
     fn recording(bandwidth: Option<f64>) -> Recording {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let values = (0..8000).map(|_| StandardNormal.sample(&mut random)).collect();
@@ -458,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_beyond_a_stated_band_is_told_by_the_quiet_samples() {
+    fn noise_beyond_a_stated_band_follows_from_the_quiet_samples() {
         let cutoff = 1.25e6;
         let density = |recording: &Recording, shaped: bool| {
             let mut filtered = LowPass::new(1e-7, 8000, cutoff).apply(&recording.signal.values);

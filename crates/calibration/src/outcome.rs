@@ -1,4 +1,4 @@
-//! What a calibration leaves behind: `calibration.json`.
+//! Result of a calibration: `calibration.json`.
 //!
 //! Scripts depend on its keys. It holds no times, no command line and nothing that depends on the number of threads.
 
@@ -16,7 +16,6 @@ use super::{
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
 
-/// `calibration.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
     pub program: String,
@@ -24,16 +23,15 @@ pub struct CalibrationOutcome {
     pub scene: String,
     pub overrides: Vec<String>,
     pub model: String,
-    /// What was recorded; absent for a velocity.
+    /// Measured quantity; absent for a velocity.
     #[serde(default, skip_serializing_if = "is_velocity")]
     pub quantity: Measurand,
-    /// The law, on its mount, that a report leads with: first of `laws`, its keys at the top level.
+    /// The leading law and mount: first of `laws`, its keys at the top level.
     #[serde(flatten)]
     pub best: FitOutcome,
     pub seed: u64,
-    /// Files that went in, by role.
     pub inputs: BTreeMap<String, InputDigest>,
-    /// What the data cannot separate, and which further record would.
+    /// Which parameters the data cannot separate, and which further record would.
     pub statements: Vec<String>,
     /// Every law fitted, best first.
     pub laws: Vec<FitOutcome>,
@@ -43,29 +41,27 @@ pub struct CalibrationOutcome {
     /// Which mount the record prefers, or `undecided`; absent when only one was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preferred_mount: Option<String>,
-    /// Mounts of which no run could be compared with the record, with the reason.
+    /// Mounts without a run that can be compared with the record, with the reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub excluded: BTreeMap<String, String>,
-    /// What would explain the record where the model does not, likeliest first.
+    /// Likely causes if the model does not explain the record, most likely first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub diagnosis: Vec<Finding>,
-    /// Samples that were not compared, for they show no motion.
+    /// Masked samples, which were not compared.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masked: Vec<MaskedStretch>,
-    /// What looks wrong in the records, though they could be read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
-    /// What was understood and assumed on reading.
     pub assumptions: Vec<String>,
 }
 
-/// Samples of a record that were bridged in it and in every simulated run alike.
+/// Samples bridged in a record and in every simulated run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MaskedStretch {
     pub file: String,
-    /// Last valid instant before them and first one behind them, s on the record's clock; absent at an end of the record.
+    /// Last valid instant before them and first one after them, s on the record's clock; absent at an end of the
+    /// record.
     pub from_s: Option<f64>,
-    /// See `from_s`.
     pub to_s: Option<f64>,
     pub samples: usize,
     pub reason: String,
@@ -85,12 +81,11 @@ impl MaskedStretch {
     }
 }
 
-/// What the fit of one damping law, on one mount of the disc, says.
+/// Fit of one damping law and one mount of the disc.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FitOutcome {
-    /// The damping law the values are for.
     pub damping_kind: String,
-    /// The mount of the disc the values are for, where mounts are compared.
+    /// Mount of the disc, if mounts are compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mount: Option<String>,
     /// `within scatter`, `doubtful`, `outside scatter`, `not converged`.
@@ -102,57 +97,58 @@ pub struct FitOutcome {
     /// The same of every pair of more than two, named by both.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub correlations: BTreeMap<String, f64>,
-    /// Share of right records that are as far from the model as this one: below 0.05 `doubtful`, below 0.01 `outside scatter`.
+    /// Posterior predictive p-value: below 0.05 `doubtful`, below 0.01 `outside scatter`.
     pub p_value: f64,
-    /// What was compared of the waveform; absent where a record has none.
+    /// Comparison of the waveform; absent without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waveform: Option<WaveformOutcome>,
     /// Median misfit per feature of the ten best runs, in units of the local scatter.
     pub misfit: f64,
-    /// ln of the evidence, up to a constant of the record.
+    /// ln of the evidence, up to a constant that depends on the record only.
     pub log_evidence: f64,
-    /// Watched features of record and model; of the best law alone.
+    /// Features of record and model, best law only.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub features: BTreeMap<String, OutcomeFeature>,
-    /// Features the fit itself compared.
+    /// Features compared by the fit.
     pub fitted_features: BTreeMap<String, FittedFeature>,
-    /// Every record where several were fitted together; `features` and `fitted_features` above are those of the first.
+    /// Every record, if several were fitted together; `features` and `fitted_features` above are those of the first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub records: Vec<RecordOutcome>,
     /// Connected parts of the 90 % region, heaviest first.
     pub lobes: Vec<OutcomeLobe>,
-    /// What each fidelity level of the ladder says, the lowest first; the one that answers is that of `model`.
+    /// Result of each fidelity level, lowest first; the answer is that of `model`.
     pub rungs: Vec<RungOutcome>,
-    /// FidelityLevel above the chain less the chain in ln of each fitted feature, over pairs of runs under the same nuisances, and its standard error.
+    /// Difference between the top level and the chain in ln of each fitted feature, over pairs of runs with the same
+    /// nuisances, and its standard error.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub rung_differences: BTreeMap<String, [f64; 2]>,
     /// Runs made, on all fidelity levels.
     pub evaluations: u64,
     /// Runs that failed, on all fidelity levels.
     pub failed_runs: u64,
-    /// Why runs failed, with how many did so.
+    /// Reasons of failed runs, with their counts.
     pub failures: BTreeMap<String, u64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WaveformOutcome {
-    /// Whether it decided; else amplitudes did.
+    /// Whether the waveform decided; otherwise amplitudes did.
     pub decided: bool,
-    /// Share of right records whose waveforms are as far from the model as this one.
     pub p_value: f64,
-    /// Mean square of the whitened residual per sample: near 1 where the model is right.
+    /// Mean square of the whitened residual per sample: near 1 for a correct model.
     pub residual: f64,
-    /// Cycles after the onset that runs predict.
+    /// Cycles after the onset that runs can predict.
     pub predictable_cycles: f64,
-    /// Whether these are all that were recorded.
+    /// Whether the record ends within these cycles.
     pub whole_record: bool,
-    /// Samples left out: drop-outs, masked or found by the runs.
+    /// Number of samples left out: drop-outs, masked or detected by the runs.
     #[serde(default)]
     pub left_out: u64,
-    /// Interval of α times the level of the drive over the recorded one, which is all that a record tells; absent where α is not fitted.
+    /// Interval of α times the true over the recorded drive level, the product that a record determines; absent if α
+    /// is not fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alpha_times_level: Option<[f64; 2]>,
-    /// Interval of the beads' stiffness over their mass, relative to the scene's; absent where it is no nuisance.
+    /// Interval of the beads' stiffness over their mass, relative to the scene's; absent if it is not drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_over_mass: Option<[f64; 2]>,
     pub rounds: u64,
@@ -186,14 +182,13 @@ fn is_velocity(quantity: &Measurand) -> bool {
     *quantity == Measurand::Velocity
 }
 
-/// One fitted parameter, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedParameter {
     /// The jointly most likely value.
     pub value: f64,
-    /// Lower end of the 90 % interval; absent where no interval means anything.
+    /// Lower end of the 90 % interval; absent if intervals are not quoted.
     pub low: Option<f64>,
-    /// Upper end of the 90 % interval; absent where no interval means anything.
+    /// Upper end of the 90 % interval; absent if intervals are not quoted.
     pub high: Option<f64>,
     pub median: f64,
     /// SI unit, `1` for a pure number.
@@ -206,13 +201,13 @@ pub struct FittedParameter {
     pub bounds: [f64; 2],
 }
 
-/// One watched feature of record and calibrated model, SI.
+/// One feature of record and calibrated model, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeFeature {
     pub measured: Option<f64>,
-    /// Of the model, mean over perturbed runs.
+    /// Model: mean over predictive runs.
     pub simulated: Option<f64>,
-    /// Standard deviation over perturbed runs: the chaos floor.
+    /// Run-to-run standard deviation.
     pub scatter: Option<f64>,
     /// Change for +1 % drive.
     pub sensitivity: Option<f64>,
@@ -223,44 +218,45 @@ pub struct OutcomeFeature {
 /// One feature of the fit, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedFeature {
-    /// Of the record, or as published; absent for a published statement that is no number.
+    /// Measured or published value; absent for a published statement without a number.
     pub measured: Option<f64>,
-    /// Expected at the most likely point, less the record, in units of the scatter of a single run; what the verdict is made of.
+    /// Expected minus measured at the most likely point, in units of the run-to-run standard deviation; the verdict is
+    /// based on it.
     pub deviation: Option<f64>,
-    /// That expected value; absent where the record has none.
+    /// Expected value; absent if the record has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<f64>,
     /// Standard deviation of a single run, of the feature's logarithm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scatter: Option<f64>,
-    /// By how much its scatter was multiplied, for no run has it: √(1 + γ²); absent where it agrees.
+    /// Factor by which its scatter was widened because no run reproduces it, √(1 + γ²); absent if the model agrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub widened: Option<f64>,
-    /// ln of the factor that corrects the model's own setting, and what is not known of it.
+    /// ln of the correction for the discretisation error, and its uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model_error: Option<[f64; 2]>,
     /// SI unit, `1` for a pure number.
     pub unit: String,
 }
 
-/// One of several records that were fitted together.
+/// One of several records fitted together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RecordOutcome {
-    /// What it is called beside the others.
+    /// Its label among the records.
     pub label: String,
     pub measured: String,
     pub overrides: Vec<String>,
-    /// Share of right records that are as far from the model as this one at the joint answer.
+    /// p-value of this record at the joint answer.
     pub p_value: f64,
-    /// Misfit per feature of this record at the runs that are best for all, in scatters.
+    /// Misfit per feature of this record at the runs that are best for all records.
     pub misfit: f64,
-    /// Correlation of the logarithms of the first two parameters by this record alone.
+    /// Correlation of the logarithms of the first two parameters, from this record alone.
     pub correlation: f64,
-    /// What it says by itself, by the runs made for all.
+    /// Parameters from this record alone, with the runs made for all.
     pub alone: BTreeMap<String, FittedParameter>,
-    /// Watched features of record and model.
+    /// Features of record and model.
     pub features: BTreeMap<String, OutcomeFeature>,
-    /// Features of it that the fit compared.
+    /// Features of this record compared by the fit.
     pub fitted_features: BTreeMap<String, FittedFeature>,
 }
 
@@ -273,25 +269,24 @@ pub struct OutcomeLobe {
     pub extent: BTreeMap<String, [f64; 2]>,
 }
 
-/// One fidelity level of the ladder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungOutcome {
     pub model: String,
     pub runs: u64,
     pub failed_runs: u64,
-    /// How its own fit ended; absent where it was only run at the answer.
+    /// Verdict of its own fit; absent if it was only run at the answer.
     pub verdict: Option<Verdict>,
-    /// What it found, or was run at.
+    /// Its fitted parameters, or those it was run at.
     pub parameters: BTreeMap<String, FittedParameter>,
-    /// What it expects at the answer.
+    /// Its expected features at the answer.
     pub features: BTreeMap<String, RungFeature>,
 }
 
-/// One fitted feature as a fidelity level expects it at the answer, SI.
+/// Expected value of one fitted feature at the answer on one fidelity level, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungFeature {
     pub value: f64,
-    /// Standard deviation of its logarithm over runs; absent of a single run.
+    /// Standard deviation of its logarithm over runs; absent for a single run.
     pub scatter: Option<f64>,
     /// SI unit, `1` for a pure number.
     pub unit: String,
@@ -322,25 +317,25 @@ impl RungOutcome {
     }
 }
 
-/// A file that went in.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct InputDigest {
     pub path: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
-    /// How it was read, by flags, plan and bench file; absent where none of them states anything.
+    /// Reading options from flags, plan and bench file; absent if there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<Reading>,
     /// Drive frequency stated for a horn-tip record, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_frequency: Option<f64>,
-    /// Whether that frequency was taken though the strongest line of the record is another.
+    /// Whether that frequency was accepted although the strongest line of the record is another.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub force_frequency: bool,
 }
 
 impl InputDigest {
-    /// A file, and the options it was read with. The drive frequency is kept for a horn tip alone: any other record takes that of its drive.
+    /// A file with its reading options. The drive frequency is stored for a horn tip only; other records take that of
+    /// their drive.
     #[must_use]
     pub fn read_with(path: &Path, sha256: &str, kind: RecordKind, options: &ReadOptions) -> Self {
         let is_horn = kind == RecordKind::HornTip;
@@ -367,7 +362,7 @@ impl InputDigest {
     }
 }
 
-/// What the fit says of its feature `index`, number `own` of those of its record.
+/// Feature `index` of the fit, number `own` of its record.
 #[must_use]
 pub(crate) fn fitted_feature(fit: &Fit, index: usize, comparison: &Comparison, own: usize) -> FittedFeature {
     let (measured, unit) = (comparison.measured(own), comparison.unit(own));
@@ -385,13 +380,13 @@ pub(crate) fn fitted_feature(fit: &Fit, index: usize, comparison: &Comparison, o
     }
 }
 
-/// The fitted parameters by name; intervals only where the verdict allows one.
+/// The fitted parameters by name; intervals only if the verdict allows.
 #[must_use]
 pub(crate) fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
     estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains())
 }
 
-/// Estimates of `parameters` by name, with their intervals where those are `quoted`.
+/// Estimates of `parameters` by name, with intervals if `quoted`.
 #[must_use]
 pub(crate) fn estimates_by_name(
     estimates: &[Estimate],
@@ -423,7 +418,7 @@ pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
     pairs.map(|(a, b)| (format!("{},{}", name(a), name(b)), fit.posterior.correlation(a, b))).collect()
 }
 
-/// Failure messages with how often each occurred, numbers in them left out so that alike ones meet.
+/// Failure messages and their counts; numbers in them are removed so that equal messages merge.
 #[must_use]
 pub fn failures(fit: &Fit) -> BTreeMap<String, u64> {
     let mut counted = BTreeMap::new();

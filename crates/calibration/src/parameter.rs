@@ -1,4 +1,4 @@
-//! What is fitted: named parameters in a box, searched in their logarithms.
+//! Fitted parameters: named, bounded, searched in their logarithms.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -13,13 +13,13 @@ use granchain_model::{
     scene::{DampingKind, DampingTerm, Scene},
 };
 
-/// A quantity of the scene, or of the instrument, that a fit may change.
+/// Quantity of the scene or of the instrument that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
     /// α, the factor on the drive.
     Alpha,
-    /// The coefficient of the scene's damping law, where it has one.
+    /// The coefficient of the scene's damping law.
     Damping(DampingTerm),
     DampingBeside(DampingTerm),
     /// F₀, the static force through the chain.
@@ -28,13 +28,13 @@ pub enum Target {
     SupportStiffness,
     /// The gap between the resting piston and the first bead.
     Gap,
-    /// The cutoff of the instrument that recorded.
+    /// The cutoff of the recording instrument.
     Bandwidth,
-    /// The modal mass of a horn that gives way.
+    /// The modal mass of a compliant horn.
     HornMass,
-    /// The viscous drag of the holder.
+    /// The viscous drag of the bead guide.
     Drag,
-    /// Its friction under a constant load across the chain.
+    /// The friction of the bead guide under a constant transverse load.
     Friction,
     /// The factor on Young's modulus of the beads.
     Modulus,
@@ -51,11 +51,12 @@ pub struct Parameter {
     pub low: f64,
     /// Upper bound, SI, above `low`.
     pub high: f64,
-    /// Bounds that a search may widen those to where the best runs press on them, SI; the same where somebody chose them.
+    /// Limits to which a search may widen the bounds if the best runs press on them, SI; equal to bounds that the user
+    /// gave.
     pub limits: (f64, f64),
 }
 
-/// How the coefficient of a term is fitted: its name beside others, its unit, its box alone and its box beside others, SI.
+/// Name beside other terms, unit, range alone and range beside other terms (SI) of the coefficient of a term.
 const fn fitted(term: DampingTerm) -> (&'static str, &'static str, (f64, f64), (f64, f64)) {
     match term {
         DampingTerm::Linear => ("damping_linear", "N s/m", (0.03, 3.0), (0.01, 3.0)),
@@ -63,7 +64,7 @@ const fn fitted(term: DampingTerm) -> (&'static str, &'static str, (f64, f64), (
     }
 }
 
-/// Factor by which a box may be widened in all.
+/// Largest factor by which a box may be widened in all.
 const FARTHEST: f64 = 100.0;
 
 /// Factor beyond the first box from which a value is unusual.
@@ -72,10 +73,10 @@ const UNUSUAL: f64 = 3.0;
 /// Unit coordinate from which an answer touches a bound.
 const EDGE: f64 = 0.01;
 
-/// Factor by which a bound is moved that the best runs press on.
+/// Factor by which a bound is moved if the best runs press on it.
 const WIDENING: f64 = 4.0;
 
-/// Why a scene has no such parameter.
+/// Why a scene does not have a parameter.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
@@ -101,7 +102,7 @@ pub enum ParameterError {
 }
 
 impl Parameter {
-    /// What can be fitted, by name; `damping` stands for both coefficients where the law has two.
+    /// Names of all parameters; `damping` stands for both coefficients of a law with two.
     #[must_use]
     pub fn names() -> Vec<&'static str> {
         let terms = DampingTerm::ALL.map(|term| fitted(term).0);
@@ -109,7 +110,7 @@ impl Parameter {
         ["alpha", "damping"].into_iter().chain(terms).chain(others).collect()
     }
 
-    /// The term whose coefficient a parameter of that name is beside others.
+    /// The damping term whose coefficient has this name in a law of several terms.
     #[must_use]
     pub fn term_named(name: &str) -> Option<DampingTerm> {
         DampingTerm::ALL.into_iter().find(|term| fitted(*term).0 == name)
@@ -120,7 +121,7 @@ impl Parameter {
         Self::of(Target::Alpha, "alpha", "1", ALPHA, Widening::Far)
     }
 
-    /// The factor on Young's modulus of the beads, which a diagnosis alone searches.
+    /// The factor on Young's modulus of the beads, used by the diagnosis only.
     pub(crate) fn modulus(scene: &Scene) -> Option<Self> {
         Self::of_row(&MODULUS, scene).ok()
     }
@@ -139,9 +140,9 @@ impl Parameter {
         Some(Self::of(Target::Damping(term), "damping", unit, alone, Widening::Far))
     }
 
-    /// The parameters that `name` stands for in `scene`, with the bounds they are searched between by default: those of [`PARAMETERS`], the
-    /// coefficient of the scene's damping law, or its two: c in 0.01 … 3 N·s/m and γ in 100 … 30 000 N·s·m^(-3/2), each down to where hardly a record
-    /// feels it, for either may be all there is.
+    /// The parameters for `name` in `scene` with their default bounds: a row of [`PARAMETERS`], the coefficient of the
+    /// damping law, or both: c in 0.01 … 3 N·s/m and γ in 100 … 30 000 N·s·m^(-3/2). Both lower bounds are so small
+    /// that a record is hardly affected, since either term may be absent.
     ///
     /// # Errors
     /// [`ParameterError`].
@@ -178,12 +179,12 @@ impl Parameter {
         Self { target, name: name.into(), unit: unit.into(), low, high, limits }
     }
 
-    /// Its row, where it is no coefficient of a damping law.
+    /// Its row of the table, unless it is a damping coefficient.
     fn row(&self) -> Option<&'static Row> {
         PARAMETERS.iter().chain([&MODULUS]).find(|row| row.target == self.target)
     }
 
-    /// Which further record tells it.
+    /// Which further record would determine it.
     #[must_use]
     pub(crate) fn remedy(&self) -> &'static str {
         match self.target {
@@ -197,19 +198,20 @@ impl Parameter {
         }
     }
 
-    /// The same between bounds that somebody chose: they are not widened.
+    /// The same with user-given bounds, which are not widened.
     #[must_use]
     pub fn between(self, low: f64, high: f64) -> Self {
         Self { low, high, limits: (low, high), ..self }
     }
 
-    /// Ends of the unit coordinate that an answer between `low` and `high`, most likely at `best`, presses on: lower, upper.
+    /// Whether an answer between `low` and `high` with the optimum `best` presses on the lower and the upper end of
+    /// the unit coordinate.
     #[must_use]
     pub fn pressed(low: f64, best: f64, high: f64) -> (bool, bool) {
         (low < EDGE || best < EDGE, high > 1.0 - EDGE || best > 1.0 - EDGE)
     }
 
-    /// Whether a value lies far outside the box that was searched first, where nobody chose another: no such bench is known.
+    /// Whether a value lies far outside the default box, and the bounds are not user-given.
     #[must_use]
     pub(crate) fn is_unusual(&self, value: f64) -> bool {
         let (low, high) = (FARTHEST * self.limits.0, self.limits.1 / FARTHEST);
@@ -217,7 +219,7 @@ impl Parameter {
         free && low < high && !(low / UNUSUAL..=high * UNUSUAL).contains(&value)
     }
 
-    /// The same with a box that reaches further down, up or both ways; `None` where its limits do not allow that.
+    /// The same with a box widened down, up or both ways; `None` if its limits do not allow it.
     #[must_use]
     pub fn widened(&self, down: bool, up: bool) -> Option<Self> {
         let low = if down { (self.low / WIDENING).max(self.limits.0) } else { self.low };
@@ -225,13 +227,11 @@ impl Parameter {
         (low < self.low || high > self.high).then(|| Self { low, high, ..self.clone() })
     }
 
-    /// Value at coordinate `u`.
     #[must_use]
     pub fn value(&self, u: f64) -> f64 {
         self.low * (self.high / self.low).powf(u)
     }
 
-    /// Coordinate of `value`.
     #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
         (value / self.low).ln() / self.span()
@@ -243,7 +243,7 @@ impl Parameter {
         (self.high / self.low).ln()
     }
 
-    /// Put `value` into a scene; the bandwidth of an instrument is none of the scene's.
+    /// Sets `value` in a scene; the bandwidth of an instrument is not part of a scene.
     pub fn set(&self, scene: &mut Scene, value: f64) {
         match (self.target, self.row()) {
             (Target::Damping(term) | Target::DampingBeside(term), _) => scene.damping.coefficients[term] = value,
@@ -251,7 +251,7 @@ impl Parameter {
         }
     }
 
-    /// What a scene has of it; `None` where that is no number of the scene's own.
+    /// Its value in a scene; `None` if the scene has no such number.
     #[must_use]
     pub fn get(&self, scene: &Scene) -> Option<f64> {
         match self.target {
@@ -260,7 +260,7 @@ impl Parameter {
         }
     }
 
-    /// The same for one run of the scene: what it changes.
+    /// Its change in one run of the scene.
     pub(super) fn vary(&self, scene: &Scene, variation: &mut Variation, value: f64) {
         match (self.target, self.row()) {
             (Target::Damping(term) | Target::DampingBeside(term), _) => variation.damping[term] = value,
@@ -269,7 +269,7 @@ impl Parameter {
     }
 }
 
-/// The scene with a variation of it written in; a gap that an offset would close further is closed.
+/// The scene with a variation applied; a negative gap becomes zero.
 pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
     variation.written_into(scene, |gap| gap.max(0.0))
 }

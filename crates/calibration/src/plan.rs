@@ -59,7 +59,7 @@ use granchain_record::{
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 use granchain_signal::read_back::read_text;
 
-/// What of a record is compared with runs.
+/// Compared part of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
@@ -69,15 +69,15 @@ pub enum Likelihood {
     Waveform,
 }
 
-/// A fit definition. Every key may be left out and given on the command line instead, which wins.
+/// A fit definition. Every key is optional; options of the command line override it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     pub measured: Option<PathBuf>,
     pub quantity: Option<Measurand>,
-    /// The horn-tip record, and how it is read.
+    /// The horn-tip record and its reading options.
     pub drive: Option<DrivePlan>,
-    /// How the records are read.
+    /// Reading options of the records.
     pub reading: Option<Reading>,
     /// Bench file with the reading of all channels.
     pub bench: Option<PathBuf>,
@@ -92,25 +92,25 @@ pub struct Plan {
     /// Names of the parameters to fit.
     pub fit: Option<Vec<String>>,
     pub features: Option<FeatureSet>,
-    /// What of the record is compared.
+    /// Compared part of the record.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub likelihood: Option<Likelihood>,
-    /// Number of runs a law.
+    /// Number of runs per law.
     pub evaluations: Option<usize>,
     pub seed: Option<u64>,
-    /// Records that are fitted together, in place of `measured` and `drive`.
+    /// Records that are fitted together, instead of `measured` and `drive`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub record: Vec<RecordPlan>,
     /// Bounds, or a fixed value, of the parameters by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Bounds>,
-    /// What is drawn into every run, by name.
+    /// Uncertainties drawn in every run, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub uncertainty: BTreeMap<String, Number>,
     /// Weight of single features by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub weights: BTreeMap<String, f64>,
-    /// SHA-256 of the file that it was read from, hexadecimal; empty of one that was not.
+    /// SHA-256 of the plan file, hexadecimal; empty without a file.
     #[serde(skip)]
     pub sha256: String,
     /// The bench file as read.
@@ -122,7 +122,7 @@ pub struct Plan {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(from = "WrittenDrive", into = "WrittenDrive")]
 pub struct DrivePlan {
-    /// The file; absent where it is the one beside the record, or the record's own.
+    /// The file; absent if it lies beside the record, or if it is the record's own.
     pub file: Option<PathBuf>,
     pub reading: Reading,
 }
@@ -174,11 +174,11 @@ pub struct RecordPlan {
     pub measured: PathBuf,
     /// The horn-tip record that drove it.
     pub drive: Option<DrivePlan>,
-    /// How it is read, where that is not the plan's.
+    /// Reading options, if not the plan's.
     pub reading: Option<Reading>,
-    /// Its scene, where it is not the plan's.
+    /// Scene, if not the plan's.
     pub scene: Option<String>,
-    /// Overrides of its scene, behind the plan's own.
+    /// Overrides of its scene, applied after the plan's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
     /// Line of the plan where it begins, from 1.
@@ -213,38 +213,33 @@ pub enum PlanError {
          evaluations, fit, seed, [reading], [drive] file and [drive.reading], [[record]] measured, drive, reading, scene and set, \
          [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
     )]
-    Form {
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        message: String,
-    },
+    Form { path: PathBuf, line: usize, message: String },
     #[error("{}: [{table}] {source}", path.display())]
     Reading { path: PathBuf, table: &'static str, source: ReadingError },
     #[error(transparent)]
     Bench(#[from] BenchReadingsError),
 }
 
-/// How a record and its drive are read.
+/// Reading options of a record and its drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadAs {
     pub measured: ReadOptions,
-    /// The horn's tip, where one is recorded: its file, how it is read, and who named it.
+    /// The horn-tip record, if there is one: file, reading options, and how it was found.
     pub drive: Option<(PathBuf, ReadOptions, NamedBy)>,
 }
 
-/// Who named the record of a drive.
+/// How the record of a drive was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NamedBy {
     Flag,
     Plan,
-    /// It lies beside the record.
+    /// Beside the record.
     Folder,
     /// A channel of the record's own file.
     Channel,
 }
 
-/// What was asked of the reading, before a plan and a bench file fill up what is left open.
+/// Reading options of the caller, before plan and bench file fill the gaps.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Asked {
     pub measured: ReadOptions,
@@ -253,9 +248,10 @@ pub struct Asked {
 }
 
 impl Plan {
-    /// How one of its records is read, and its drive: as asked, else as the record's own lines say, the plan's, the bench file's. The drive's file
-    /// is the one asked for or named, else the record's own where a channel is, else [`BESIDE`] beside the record, else the record's own where the
-    /// bench file or a column's name says which is the horn's; of the same file what is said of its form holds for both.
+    /// Reading options of one record and its drive. Precedence: caller, the record's lines, the plan, the bench file.
+    /// The drive file is the requested or named one, else the record itself if a channel is named, else [`BESIDE`]
+    /// beside the record, else the record itself if the bench file or a column name identifies the horn. For one file,
+    /// format options hold for both.
     ///
     /// # Errors
     /// [`ReadingError`].
@@ -357,7 +353,7 @@ fn file_of(drive: &mut Option<DrivePlan>) -> Option<&mut PathBuf> {
     drive.as_mut().and_then(|drive| drive.file.as_mut())
 }
 
-/// `path` without detours where it lies below the current folder, as a user would type it: reports show it.
+/// `path` relative to the current folder if it lies below it, as shown in reports.
 fn from_here(path: PathBuf) -> PathBuf {
     let below = || {
         let here = std::env::current_dir().ok()?.canonicalize().ok()?;

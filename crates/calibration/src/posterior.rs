@@ -1,4 +1,4 @@
-//! From the likelihood surface to medians, intervals, lobes and evidence, on a grid that zooms in.
+//! Posterior on an adaptive grid: medians, intervals, lobes and evidence.
 
 use rand::Rng;
 use rayon::prelude::*;
@@ -6,31 +6,32 @@ use serde::{Deserialize, Serialize};
 
 use super::{frame::Frame, likelihood::TrainingRuns, parameter::reflect};
 
-/// β, the power on the synthetic likelihood: a single run's scatter understates how wrong a regression over 40
-/// neighbours can be. Tuned so that 90 % intervals hold the truth of 90 % of twins: on 80 twins of the program's own (seed 11) powers of
-/// 0.4, 0.5, 0.6 covered 77, 72, 69 (α) and 76, 73, 66 (damping), and with 0.5 records under the conditions of a laboratory (seed 7) were held 43 (α) and
-/// 37 (damping) times of 47. Retune when the features change; published features have their own ([`super::printed::POWER`]).
+/// Tempering exponent β of the synthetic likelihood. The run-to-run scatter understates the error of a regression over
+/// 40 neighbours, so β < 1. It was tuned for 90 % coverage of synthetic records: of 80 records of this program (seed
+/// 11), β of 0.4, 0.5, 0.6 covered 77, 72, 69 (α) and 76, 73, 66 (damping); with 0.5, of 47 records under laboratory
+/// conditions (seed 7) 43 (α) and 37 (damping) were covered. Tune again when the features change; published features
+/// have their own ([`super::printed::POWER`]).
 pub(crate) const POWER: f64 = 0.4;
 
 /// Cells a side in one, two, three … dimensions: 17 000 evaluations of the likelihood at most.
 const CELLS: [usize; 6] = [200, 56, 22, 11, 7, 5];
 
-/// Half a side of the first grid in the frame of the best runs, in their standard deviations.
+/// Half-width of the first grid in the frame of the best runs, in their standard deviations.
 const REACH: f64 = 8.0;
 
-/// Points that stand for a cell where its mass is seen along two of several parameters.
+/// Points per cell for a projection onto two of several parameters.
 const SPREAD: u32 = 32;
 
 /// Cells a side of the density over two of several parameters.
 const PAIR_CELLS: usize = 24;
 
-/// exp(β SL) on the cells of a regular grid over a sub-box, normalised; of more than two parameters, or several records, in the frame of the best
-/// runs ([`Frame`]), for along the box's own axes nearly all cells would be empty.
+/// exp(β SL) on a regular grid over a sub-box, normalised. For more than two parameters, or several records, the grid
+/// lies in the frame of the best runs ([`Frame`]), since along the box's own axes nearly all cells would be empty.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Posterior {
     /// Lower corner of the sub-box, unit coordinates or those of the frame.
     pub low: Vec<f64>,
-    /// Upper corner of the sub-box, likewise.
+    /// Upper corner of the sub-box, in the same coordinates.
     pub high: Vec<f64>,
     /// The frame, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,9 +59,8 @@ pub struct Lobe {
 }
 
 impl Posterior {
-    /// Evaluate on a grid that first covers the box (or as much of it as the training runs are trusted in), then up to three times the part
-    /// that carries weight.
-    /// `None` when no point of the box allows a regression.
+    /// Evaluates on a grid that first covers the box (or the region where the regression is used), then up to three
+    /// times the part that carries weight. `None` if no point of the box allows a regression.
     #[must_use]
     pub fn of(training: &TrainingRuns, dimension: usize) -> Option<Self> {
         let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
@@ -107,7 +107,7 @@ impl Posterior {
         Some(grid)
     }
 
-    /// A normal distribution of unit coordinates, on the grid of its own frame.
+    /// A normal distribution of unit coordinates, on a grid in its own frame.
     #[must_use]
     pub(crate) fn normal(centre: &[f64], covariance: &[Vec<f64>]) -> Self {
         const REACHED: f64 = 4.0;
@@ -200,7 +200,7 @@ impl Posterior {
         (low, high)
     }
 
-    /// Marginal quantile of coordinate `d`, linear inside a cell, or between the centres of cells of a frame.
+    /// Marginal quantile of coordinate `d`, linear within a cell, or between cell centres of a frame.
     #[must_use]
     pub fn quantile(&self, d: usize, probability: f64) -> f64 {
         if self.frame.is_some() {
@@ -253,14 +253,14 @@ impl Posterior {
         moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt().max(f64::MIN_POSITIVE)
     }
 
-    /// Correlation of the first two coordinates; 0 of a single one.
+    /// Correlation of the first two coordinates; 0 for a single one.
     #[must_use]
     pub(crate) fn first_correlation(&self) -> f64 {
         if self.dimension() < 2 { 0.0 } else { self.correlation(0, 1) }
     }
 
-    /// The same over coordinates `a` and `b` alone, the others summed over, along the axes of the unit box: every cell's mass is spread over points
-    /// within it, and from each to the four cells around it.
+    /// Marginal density of coordinates `a` and `b`, along the axes of the unit box: the mass of every cell is spread
+    /// over points within it, and from each to the four nearest cells.
     #[must_use]
     pub fn marginal(&self, a: usize, b: usize) -> Self {
         let largest = self.mass.iter().copied().fold(0.0, f64::max);

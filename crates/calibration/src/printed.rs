@@ -37,23 +37,24 @@ pub const PRESENT_FROM: f64 = 0.1;
 /// Standard uncertainty of a one-sided statement, in ln: 3 dB.
 pub const SOFTNESS: f64 = 0.345;
 
-/// β for published features: few and little correlated, they need no tempering.
+/// Tempering exponent β for published features: they are few and little correlated, so no tempering is needed.
 ///
-/// Chosen on 40 twins (rigid wall and annulus, both laws) and proved on 40 fresh ones of which both peaks, the drive line
-/// and three one-sided statements were published: 90 % intervals held α 36 and damping 39 times (median widths 0.45 and
-/// 0.67 in ln); without the drive line 39 and 39 times (0.58 and 0.80). At β = 0.5 all held, at up to 1.6 times the width.
+/// Chosen on 40 synthetic records (rigid wall and annulus, both laws) and tested on 40 others of which both peaks, the
+/// drive line and three one-sided statements were published: 90 % intervals covered α 36 and damping 39 times (median
+/// widths 0.45 and 0.67 in ln); without the drive line 39 and 39 times (0.58 and 0.80). At β = 0.5 all were covered,
+/// with up to 1.6 times the width.
 pub(crate) const POWER: f64 = 1.0;
 
 /// Floor of every feature, relative to the largest printed velocity, or absolute for pure numbers.
 const FLOOR: f64 = 0.003;
 
-/// Difference of drive frequencies, relative, from which scene and publication are two experiments.
+/// Relative difference of drive frequencies above which scene and publication are different experiments.
 const SAME_FREQUENCY: f64 = 0.02;
 
-/// Highest usable line over the cutoff: below it the filter leaves amplitudes alone.
+/// Highest usable line over the cutoff: below it the filter does not affect amplitudes.
 const PASSED: f64 = 0.85;
 
-/// What a printed value is a value of.
+/// Quantity of a published value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     PositivePeak,
@@ -64,10 +65,9 @@ pub enum Quantity {
     Distortion,
 }
 
-/// What is said of one feature.
+/// Content of a published statement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Meaning {
-    /// A number, SI.
     Value {
         quantity: Quantity,
         /// The number, SI, with its sign.
@@ -93,7 +93,7 @@ impl Meaning {
         matches!(self, Self::Value { quantity: PositivePeak | NegativePeak | Amplitude(_), .. })
     }
 
-    /// Whether it can only be wrong to one side.
+    /// Whether it can be violated on one side only.
     #[must_use]
     pub(crate) fn is_one_sided(&self) -> bool {
         !matches!(self, Self::Value { .. })
@@ -108,7 +108,7 @@ pub struct PrintedStatement {
 }
 
 impl PrintedStatement {
-    /// Key of the watched number that a printed value is a value of; `None` for a one-sided statement.
+    /// Key of the feature of a published value; `None` for a one-sided statement.
     #[must_use]
     pub fn key(&self) -> Option<String> {
         match self.meaning {
@@ -128,37 +128,21 @@ pub enum PrintedError {
         "the features were published for a drive of {published_hz:.0} Hz, the scene is driven at {scene_hz:.0} Hz; name the \
          right scene or drive, or pass --drive-frequency"
     )]
-    DriveFrequency {
-        /// Of the publication, Hz.
-        published_hz: f64,
-        /// Of the scene, Hz.
-        scene_hz: f64,
-    },
+    DriveFrequency { published_hz: f64, scene_hz: f64 },
     #[error("feature `{name}`: expected positive_peak, negative_peak, thd, amplitude_P/Q or ratio_P/Q with a value")]
     UnknownFeature { name: String },
     #[error(
         "feature `{name}`: the line at {frequency_hz:.0} Hz lies above {limit_hz:.0} Hz, up to which runs are compared; delete it"
     )]
-    LineTooHigh {
-        name: String,
-        /// Its frequency, Hz.
-        frequency_hz: f64,
-        /// Highest usable, Hz.
-        limit_hz: f64,
-    },
+    LineTooHigh { name: String, frequency_hz: f64, limit_hz: f64 },
     #[error(
         "feature `{name}`: the drive is on for {periods:.1} periods of the line at {frequency_hz:.0} Hz, expected at least \
          {MINIMUM_LINE_PERIODS}; delete it, or use a longer burst"
     )]
-    LineTooLow {
-        name: String,
-        /// Its frequency, Hz.
-        frequency_hz: f64,
-        periods: f64,
-    },
+    LineTooLow { name: String, frequency_hz: f64, periods: f64 },
 }
 
-/// Why a run cannot be held against printed features.
+/// Why a run cannot be compared with published features.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ReductionError {
@@ -168,7 +152,7 @@ pub enum ReductionError {
     NoDriveLine,
 }
 
-/// All statements of one publication, ready to be held against runs.
+/// All statements of one publication, prepared for comparison with runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Printed {
     statements: Vec<PrintedStatement>,
@@ -226,7 +210,7 @@ impl Printed {
         &self.statements
     }
 
-    /// Where runs are measured, model time.
+    /// Window of the features, model time.
     #[must_use]
     pub fn window(&self) -> Window {
         self.window
@@ -238,8 +222,8 @@ impl Printed {
         self.cutoff
     }
 
-    /// The printed value of a watched number, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,
-    /// `ratio_1/3`, `thd`), SI; `None` where no number is printed.
+    /// The published value of a feature, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,
+    /// `ratio_1/3`, `thd`), SI; `None` if no number is published.
     #[must_use]
     pub fn value(&self, key: &str) -> Option<f64> {
         self.statements.iter().find(|statement| statement.key().as_deref() == Some(key)).and_then(|statement| {
@@ -307,7 +291,7 @@ impl Printed {
         self.statements.iter().map(|statement| one(&statement.meaning)).collect()
     }
 
-    /// How each statement is compared, in words.
+    /// Description of how each statement is compared.
     #[must_use]
     pub fn assumptions(&self) -> Vec<String> {
         let mut said: Vec<String> = self

@@ -1,4 +1,4 @@
-//! A calibration to be made: what is fitted to what, read and checked before anything is run.
+//! A calibration problem: data, scenes and parameters, read and checked before any run.
 //!
 //! ```text
 //! Plan, benches, records ─► Problem ─ fit ─► Fitted ─ outcome ─► CalibrationOutcome
@@ -39,11 +39,11 @@ use granchain_model::{
 use granchain_record::sha256;
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 
-/// The scenes that are taken where none is named.
+/// Default scene.
 const SCENE: &str = "annulus";
 const SCENE_WITH_WATER: &str = "water";
 
-/// The parameters that are fitted where none is named.
+/// Default parameters.
 const FITTED: [&str; 2] = ["alpha", "damping"];
 
 /// Seed where none is given.
@@ -58,25 +58,23 @@ pub fn program() -> String {
 #[derive(Debug, Clone)]
 pub struct Problem {
     pub quantity: Measurand,
-    /// The records, at least one; the first leads.
+    /// The records, at least one; the first one leads.
     pub shots: Vec<Shot>,
-    /// What is compared, at least one.
     pub candidates: Vec<Candidate>,
-    /// The models above the chain that correct, one after another; the last one answers.
+    /// Models above the chain, in order; the last one answers.
     pub above: Vec<ModelKind>,
-    /// What of the records is compared.
+    /// Compared part of the records.
     pub likelihood: Likelihood,
-    /// Runs of the chain a candidate.
     pub evaluations: usize,
     pub seed: u64,
-    /// Weights of features by name, which the comparisons have already.
+    /// Weights of features by name, already applied to the comparisons.
     pub weights: BTreeMap<String, f64>,
-    /// What was understood and assumed on reading, for people.
+    /// Assumptions made while reading, as text.
     pub assumptions: Vec<String>,
 }
 
 impl Plan {
-    /// The records it names, none of them checked.
+    /// The records it names, unchecked.
     ///
     /// # Errors
     /// When it names none, or one and several.
@@ -92,7 +90,7 @@ impl Plan {
         }
     }
 
-    /// The scene where a record names none.
+    /// The scene of a record that names none.
     #[must_use]
     pub fn usual_scene(&self) -> &'static str {
         if self.quantity == Some(Measurand::Pressure) { SCENE_WITH_WATER } else { SCENE }
@@ -107,7 +105,7 @@ impl Plan {
         fitted
     }
 
-    /// What can be seen to be wrong before any record is read.
+    /// Checks that need no record.
     fn check(&self, asked: &[ShotPlan]) -> Result<(), Refusal> {
         let Some(lead) = asked.first() else { return Err(Contradiction::NoRecord.into()) };
         let pressure = self.quantity == Some(Measurand::Pressure);
@@ -148,7 +146,7 @@ impl Plan {
 }
 
 impl Problem {
-    /// Read what a plan names: its scenes, its records, and the drive of each, named or beside it.
+    /// Reads the scenes and records that a plan names, and the drive of each.
     ///
     /// # Errors
     /// Whatever is wrong with plan, scene or records.
@@ -167,7 +165,7 @@ impl Problem {
         Self::of(plan, records.into_iter().map(shot).collect::<Result<_, Refusal>>()?)
     }
 
-    /// What a plan says of records on benches that are ready; its own files and scenes are left alone.
+    /// A problem from a plan and prepared records and benches; files and scenes named by the plan are ignored.
     ///
     /// # Errors
     /// Whatever is wrong with plan, scene or records.
@@ -240,7 +238,7 @@ impl Problem {
         &self.shots[0]
     }
 
-    /// What looks wrong in the records and their drives, though they could be read: where, what was seen, what it does, what to do.
+    /// Warnings about the records and their drives: place, observation, consequence, remedy.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let of = |shot: &Shot| {
@@ -272,7 +270,7 @@ impl Problem {
         fit.runs.iter().map(|run| run.features().filter(|_| !fit.scatter.is_empty()).map(misfit)).collect()
     }
 
-    /// What the records are called side by side, the first one first.
+    /// Labels of the records, in order.
     #[must_use]
     pub fn labels(&self) -> Vec<String> {
         labels(&self.shots.iter().map(|shot| shot.measured.path()).collect::<Vec<_>>())
@@ -283,7 +281,6 @@ impl Problem {
         self.above.last().unwrap_or(&ModelKind::Chain).name()
     }
 
-    /// What the columns of `fingerprints.csv` are called.
     #[must_use]
     pub fn names(&self) -> Names {
         let of = |shot: &Shot| shot.comparison.names().iter().map(ToString::to_string).collect();
@@ -294,7 +291,7 @@ impl Problem {
         }
     }
 
-    /// The bodies of the models above the chain, where there are any, taken from `cache` where they lie there.
+    /// Prepares the bodies of the models above the chain, if there are any, using `cache`.
     ///
     /// # Errors
     /// When they cannot be made ready.
@@ -303,7 +300,7 @@ impl Problem {
         scene.map(|scene| Bodies::new(scene, cache)).transpose()
     }
 
-    /// The states of all candidates in a folder, and where they are to be kept.
+    /// Saved states of all candidates in a folder, and where to store them.
     ///
     /// # Errors
     /// A state that is damaged or belongs to another fit.
@@ -320,7 +317,7 @@ impl Problem {
         self.candidates.iter().map(saved).collect()
     }
 
-    /// What a saved search must have been made from to be continued: everything that could change a run.
+    /// Digest of everything that affects a run; a saved search must have the same one to be continued.
     #[must_use]
     pub fn key(&self, candidate: &Candidate) -> String {
         let drive = |shot: &Shot| shot.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
@@ -355,7 +352,7 @@ fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradictio
     Err(Contradiction::Silent { scene: scene.name.clone(), disc })
 }
 
-/// Drives and records are of one frequency, whoever states it: of a single record too.
+/// Refuses drives and records of different frequencies, for a single record too.
 fn refuse_frequencies(asked: &[ShotPlan], scenes: &[Scene]) -> Result<(), Refusal> {
     let every = !asked[0].bench.frequency_stated;
     let mut stated = Vec::new();
@@ -368,7 +365,7 @@ fn refuse_frequencies(asked: &[ShotPlan], scenes: &[Scene]) -> Result<(), Refusa
     Ok(at_one_frequency(&stated)?)
 }
 
-/// The models above the chain up to the scene's own; none before a disc.
+/// The models above the chain up to the scene's own; none with a disc.
 fn above(scene: &Scene) -> Result<Vec<ModelKind>, Contradiction> {
     let model = scene.model.kind;
     if model.is_meshed() && matches!(scene.support, Support::Disc { .. }) {
@@ -381,7 +378,7 @@ fn above(scene: &Scene) -> Result<Vec<ModelKind>, Contradiction> {
     })
 }
 
-/// Where a pressure is recorded, in words.
+/// Description of the position of the hydrophone.
 fn hydrophone(quantity: Measurand, scene: &Scene) -> Option<String> {
     let points = scene.water.as_ref().filter(|_| quantity == Measurand::Pressure).map(|water| &water.field_points)?;
     let others =

@@ -1,4 +1,4 @@
-//! Why there is no problem to be solved, or no answer to it.
+//! Why a problem is invalid or has no answer.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ use granchain_model::{ModelError, scene::SceneError};
 use granchain_record::{MeasurementError, PublishedError};
 use granchain_signal::{QuantityError, feature::FeatureError};
 
-/// What was asked for contradicts itself or the scene: nothing that was measured is at fault.
+/// Contradictions in the request, or between request and scene; the data are not at fault.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Contradiction {
@@ -88,7 +88,7 @@ pub enum Contradiction {
     Uncertainty { name: String },
 }
 
-/// Why there is no problem, or no answer to it.
+/// Why a problem is invalid or has no answer.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -99,13 +99,7 @@ pub enum Refusal {
     #[error("bounds of `{name}`: expected {}", Parameter::names().join(", "))]
     UnknownBounds { name: String },
     #[error("bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {low} and {high}")]
-    Bounds {
-        name: String,
-        /// Lower bound, SI.
-        low: f64,
-        /// Upper bound, SI.
-        high: f64,
-    },
+    Bounds { name: String, low: f64, high: f64 },
     #[error("{what}")]
     NotSi { what: String, source: QuantityError },
     #[error(
@@ -113,11 +107,7 @@ pub enum Refusal {
     )]
     Evaluations { found: usize },
     #[error("uncertainty of {name}: expected a finite number ≥ 0, found {value}")]
-    Uncertainty {
-        name: String,
-        /// The value, SI.
-        value: f64,
-    },
+    Uncertainty { name: String, value: f64 },
     #[error("uncertainty of support_stiffness")]
     UncertainStiffness(#[source] ParameterError),
     #[error(

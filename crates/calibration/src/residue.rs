@@ -1,21 +1,21 @@
-//! What the parameters cannot take up: the part of a deviation that is left once they have moved as far as it asks for.
+//! Residual after the fit: the part of a deviation that a change of the parameters cannot remove.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::likelihood::{Judged, Local};
 
-/// What is left of a deviation once the parameters have taken up what they can.
+/// Residual of a deviation after a change of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Residue {
-    /// r/σ of each feature, σ the scatter of a single run.
+    /// r/σ of each feature, σ the run-to-run standard deviation.
     pub pulls: Vec<f64>,
     /// rᵀ Σ⁻¹ r of each record.
     pub squares: Vec<f64>,
 }
 
 impl Local {
-    /// What is left of a deviation (z − z₀ of a run or a record, or of one from the other) once the parameters have moved by δ radii of the
-    /// neighbourhood so that Σ_r rᵀ Σ⁻¹ r + |δ|² is least, r = deviation + Sδ.
+    /// Residual of a deviation (z − z₀ of a run or record, or between two) after the parameters have moved by δ radii
+    /// of the neighbourhood such that Σ_r rᵀ Σ⁻¹ r + |δ|² is least, r = deviation + Sδ.
     #[must_use]
     pub(crate) fn residue(&self, deviation: &[f64]) -> Option<Residue> {
         let dimension = self.slopes.nrows();
@@ -46,7 +46,8 @@ impl Local {
         Some(Residue { pulls, squares })
     }
 
-    /// Factor of the first record's amplitudes on those expected, by generalised least squares; `answers` says how a feature moves with its logarithm.
+    /// Factor of the first record's amplitudes over the expected ones, by generalised least squares; `answers` is the
+    /// response of each feature to its logarithm.
     #[must_use]
     pub fn factor(&self, answers: &[f64]) -> Option<f64> {
         let record = self.records.first()?;

@@ -24,7 +24,7 @@ use super::{
     posterior::Posterior,
 };
 
-/// Numbers of runs that can be asked for: fewer give no regression.
+/// Allowed numbers of runs: fewer do not allow a regression.
 pub(crate) const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 
 /// State that argmin's executor carries: the best position and its misfit.
@@ -41,13 +41,13 @@ const fn rounds(dimension: usize, records: usize) -> usize {
 /// Step around an elite, in distances to its fifth neighbour.
 const ELITE_STEP: f64 = 0.7;
 
-/// What is added to a step along an elite, so that no direction dies out: standard deviation, unit coordinates.
+/// Standard deviation added to a step along an elite, unit coordinates, so that no direction degenerates.
 const BLUR: f64 = 2e-3;
 
 /// Power on the likelihood from which stage 3 draws.
 const DRAW_POWER: f64 = 0.5;
 
-/// The search with everything it has found: all that a checkpoint needs.
+/// State of the search, as stored in a checkpoint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Search {
     /// Every run so far, in order.
@@ -63,12 +63,12 @@ pub struct Search {
     /// Number of features of each record.
     parts: Vec<usize>,
     power: f64,
-    /// Of one record what is not known of its instrument, and how features answer.
+    /// For one record: uncertainty of the sensitivity factor (ln) and response of each feature to it.
     sensitivity: (f64, Vec<f64>),
 }
 
 impl Search {
-    /// A search of `budget` runs ([`Search::tested`]) for the record, or the records together, behind `problem`.
+    /// A search of `budget` runs (see [`Search::tested`]) for the record or records of `problem`.
     #[must_use]
     pub fn new(problem: impl Into<MultiRecord>, budget: usize, seed: u64) -> Self {
         let joint = problem.into();
@@ -101,7 +101,7 @@ impl Search {
         }
     }
 
-    /// Runs of a search for so many parameters whose intervals were tested.
+    /// Runs of a search with which intervals were tested, for this number of parameters.
     #[must_use]
     pub const fn tested(parameters: usize) -> usize {
         if parameters > 2 { 1800 } else { 600 }
@@ -117,7 +117,7 @@ impl Search {
         self.seed
     }
 
-    /// The finished runs as the regression sees them; of the first `count` runs only.
+    /// The finished runs among the first `count`, for the regression.
     #[must_use]
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
@@ -127,7 +127,7 @@ impl Search {
         framed(training.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
     }
 
-    /// Whether this, read back, may be what the search `fresh` became.
+    /// Whether this saved state can belong to the search `fresh`.
     pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
         let lengths =
             |it: &Self| [it.dimension, it.observed.len(), it.nuggets.len(), it.weights.len(), it.sensitivity.1.len()];
@@ -173,7 +173,7 @@ pub(super) fn scattered(first: usize, count: usize, dimension: usize, seed: u64)
     (first..first + count).map(point).collect()
 }
 
-/// The training runs with distances measured in the frame of the best of them, where there are more than two parameters or several records.
+/// The training runs with distances in the frame of the best runs, for more than two parameters or several records.
 pub(super) fn framed(training: TrainingRuns, dimension: usize) -> TrainingRuns {
     if (dimension <= 2 && training.records() == 1) || training.len() <= neighbours(dimension) {
         return training;
@@ -186,7 +186,7 @@ pub(super) fn framed(training: TrainingRuns, dimension: usize) -> TrainingRuns {
     }
 }
 
-/// `count` points around the `size` best training runs, where there are any.
+/// `count` points around the `size` best training runs, if there are any.
 pub(super) fn around_elite(
     training: &TrainingRuns,
     size: usize,
@@ -213,8 +213,8 @@ pub(super) fn around_elite(
         .collect()
 }
 
-/// `count` points that step from one of the elite as two others differ (Storn & Price, J. Global Optim. 11 (1997) 341): with many parameters steps
-/// then follow the shape of what is good.
+/// `count` points, each one of the elite plus the difference of two others (Storn & Price, J. Global Optim. 11 (1997)
+/// 341): with many parameters the steps follow the shape of the good region.
 fn along_elite(training: &TrainingRuns, elite: &[usize], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     (0..count)
         .map(|_| {
@@ -226,7 +226,7 @@ fn along_elite(training: &TrainingRuns, elite: &[usize], count: usize, random: &
         .collect()
 }
 
-/// Training runs by misfit, best first, with the local scatter around the best as the yardstick.
+/// Training runs by misfit, best first, in units of the local scatter around the best.
 #[must_use]
 pub fn ranking(training: &TrainingRuns) -> Vec<(f64, usize)> {
     let sorted = |scatter: &[f64]| {
@@ -258,7 +258,7 @@ impl Solver<MultiRecord, SearchState> for Search {
         let runs = problem.bulk_problem("cost_count", positions.len(), |joint| Ok(joint.run(first, &positions)))?;
         let done = first + runs.len() as u64;
         if !problem.problem("report_count", |joint| Ok(joint.first().report(done)))? {
-            // What of the batch was not run has no outcome: it is made anew.
+            // What of the batch was not run has no outcome: it is made again.
             return Ok((state.terminate_with(TerminationReason::Interrupt), None));
         }
         self.runs.extend(runs);

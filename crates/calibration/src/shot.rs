@@ -1,7 +1,7 @@
-//! The records of a problem: how each is driven, what was recorded, what its runs are compared with, and the checks that hold for all of them.
+//! Records of a problem: drive, measurement, comparison and checks.
 //!
-//! The first record leads: model, candidates and the report are its own. Every further one has its own drive, its own overrides of the scene and
-//! its own reading.
+//! The first record leads: it determines model, candidates and report. Every further one has its own drive, scene
+//! overrides and reading options.
 
 use std::path::{Path, PathBuf};
 
@@ -19,15 +19,15 @@ use granchain_model::scene::Scene;
 use granchain_record::{ReadOptions, Record, drive_frequency_line, read_head};
 use granchain_signal::feature::fingerprint::FeatureSet;
 
-/// Stems of records that need their folder to be distinguished.
+/// Common file names whose folder serves as label.
 const STEMS: [&str; 2] = ["vib", "hydrophone"];
 
-/// What was recorded, to be read or as read.
+/// A measurement, to be read or already read.
 #[derive(Debug, Clone)]
 pub enum Source {
-    /// A record, or a file of published features, and how it is read.
+    /// File of a record or of published features, with its reading options.
     File(PathBuf, Box<ReadOptions>),
-    /// A record as read, and how.
+    /// A record that has been read, with its options.
     Record(Box<Record>, Box<ReadOptions>),
 }
 
@@ -48,12 +48,12 @@ impl Source {
     }
 }
 
-/// A record to be fitted, and the bench it was made on.
+/// A record to be fitted, with its bench.
 #[derive(Debug, Clone)]
 pub struct ShotPlan {
     pub source: Source,
     pub bench: Bench,
-    /// Plan and line that name it, where a plan names several.
+    /// Plan and line that name it, if a plan names several.
     pub origin: Option<(PathBuf, usize)>,
 }
 
@@ -61,17 +61,16 @@ pub struct ShotPlan {
 #[derive(Debug, Clone)]
 pub struct Shot {
     pub bench: Bench,
-    /// How it was asked to be read.
     pub options: ReadOptions,
     pub measured: Measured,
-    /// What its runs are compared with.
+    /// Comparison of runs with it.
     pub comparison: Comparison,
-    /// What is drawn into its runs.
+    /// Uncertainty drawn in its runs.
     pub uncertainty: Uncertainty,
 }
 
 impl Shot {
-    /// The samples of its record and of its drive's that were not compared.
+    /// Masked samples of its record and of its drive record.
     #[must_use]
     pub fn masked(&self) -> Vec<MaskedStretch> {
         let record = self.measured.record().map(|record| MaskedStretch::of(&record.path, &record.masked));
@@ -81,7 +80,7 @@ impl Shot {
 }
 
 impl ShotPlan {
-    /// A file on a bench, read as it says itself.
+    /// A file on a bench, read as its own header states.
     #[must_use]
     pub fn of(path: &Path, bench: Bench) -> Self {
         Self { source: Source::File(path.into(), Box::default()), bench, origin: None }
@@ -106,7 +105,7 @@ impl ShotPlan {
         Ok((measured, comparison))
     }
 
-    /// Who says the frequency of its drive: the horn-tip record, else the plan's lines on it, else the record.
+    /// Drive frequency and its source: the horn-tip record, else the plan, else the record.
     pub(super) fn drive_stated(&self, scene: &Scene) -> StatedFrequency {
         let (path, line) = match (&self.bench.drive, &self.origin) {
             (Some(drive), _) => {
@@ -119,14 +118,14 @@ impl ShotPlan {
         StatedFrequency { path, line, frequency: scene.drive.frequency }
     }
 
-    /// What it says itself of the frequency it was made at, if anything.
+    /// Drive frequency that the record itself states, if any.
     pub(super) fn stated(&self) -> Option<StatedFrequency> {
         let path = self.source.path();
         let (line, frequency) = line_of(path).filter(|_| !is_published(path))?;
         Some(StatedFrequency { path: path.into(), line: Some(line), frequency })
     }
 
-    /// Whether nothing is said of how its file is read.
+    /// Whether there are no reading options for its file.
     pub(super) fn is_read_as_stated(&self) -> bool {
         matches!(&self.source, Source::File(_, options) if **options == ReadOptions::default())
     }
@@ -137,7 +136,7 @@ fn line_of(path: &Path) -> Option<(usize, f64)> {
     drive_frequency_line(&String::from_utf8_lossy(&read_head(path).ok()?.0))
 }
 
-/// What records are called side by side: the folder of a `vib.csv`, else the file's own name; numbered where that is not enough.
+/// Labels of records: the folder of a `vib.csv`, else the file name; numbered if ambiguous.
 #[must_use]
 pub fn labels(paths: &[&Path]) -> Vec<String> {
     let name = |path: &&Path| {
@@ -154,7 +153,7 @@ pub fn labels(paths: &[&Path]) -> Vec<String> {
     names.iter().enumerate().map(numbered).collect()
 }
 
-/// Refuse a record that is given twice: what it says would count twice.
+/// Refuses a record that is given twice, since its information would count twice.
 ///
 /// # Errors
 /// With both files.

@@ -1,4 +1,4 @@
-//! A fit in words: what the record cannot separate, and which further record would.
+//! Statements about a fit: which parameters the record cannot separate, and which further record would.
 
 use super::{
     agreement,
@@ -12,16 +12,16 @@ use super::{
 use granchain_model::scene::Scene;
 use granchain_signal::number::engineering;
 
-/// |correlation| from which two parameters lie on a ridge.
+/// |correlation| from which two parameters are called strongly correlated.
 const RIDGE: f64 = 0.7;
 
 /// Width in ln from which a parameter is called poorly determined.
 const WIDE: f64 = 0.5;
 
-/// Difference of ln evidence from which a damping law is named.
+/// Difference of ln evidence from which a damping law is preferred.
 pub(crate) const DECISIVE: f64 = 3.0;
 
-/// What a reader must know before using the values.
+/// Statements that a reader needs before using the values.
 #[must_use]
 pub fn statements(fit: &Fit) -> Vec<String> {
     let mut said: Vec<String> = fit.waveform.iter().map(waveform).collect();
@@ -40,7 +40,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
         )),
         Verdict::Doubtful => {
             if fit.agreement.p < agreement::DOUBTFUL {
-                said.push(format!("The agreement is doubtful: {}", standing(fit)));
+                said.push(format!("The result is doubtful: {}", standing(fit)));
             }
             let unusual = fit.estimates.iter().zip(&fit.parameters).filter(|(it, parameter)| parameter.is_unusual(it.value));
             said.extend(unusual.map(|(estimate, _)| {
@@ -124,7 +124,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     said
 }
 
-/// What was compared of the waveform, and whether that decided.
+/// Statement on the waveform comparison, and whether it decided.
 fn waveform(waveform: &WaveformFit) -> String {
     let WaveformFit { cycles, reduced, p, .. } = waveform;
     let p = if *p < 1e-3 { "below 0.001".into() } else { format!("{p:.2}") };
@@ -150,16 +150,16 @@ fn waveform(waveform: &WaveformFit) -> String {
     )
 }
 
-/// How many right records are as far from the model.
+/// Statement on the p-value.
 fn standing(fit: &Fit) -> String {
     let p = fit.agreement.p;
     let share = if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
     format!(
-        "of records that the model makes itself {share} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside)."
+        "of the records simulated with this model {share} fit as badly as this one (p; below 5 % it is doubtful, below 1 % outside)."
     )
 }
 
-/// What α means where the drive is a record, said wherever it is fitted and quoted.
+/// Meaning of α with a recorded drive.
 #[must_use]
 pub fn recorded_drive(fit: &Fit) -> Option<String> {
     let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
@@ -170,7 +170,7 @@ pub fn recorded_drive(fit: &Fit) -> Option<String> {
     })
 }
 
-/// What α is relative to where no horn was recorded, said wherever it is fitted.
+/// Meaning of α without a horn record.
 #[must_use]
 pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
     let fitted = fit.parameters.iter().any(|it| it.name == "alpha");
@@ -184,7 +184,7 @@ pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
     })
 }
 
-/// That a wider box was searched, and what came of it.
+/// Statement on a search of a wider box and its result.
 #[must_use]
 pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
     let bounds =
@@ -200,7 +200,7 @@ pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
     })
 }
 
-/// Ridges of any other pair than the first two.
+/// Strong correlations of pairs other than the first two.
 fn further_ridges(fit: &Fit) -> Vec<String> {
     let count = fit.parameters.len();
     let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b))).filter(|pair| *pair != (0, 1));
@@ -217,8 +217,8 @@ fn further_ridges(fit: &Fit) -> Vec<String> {
         .collect()
 }
 
-/// What several records fitted together say beyond [`statements`]: which of them is not explained, and what fitting them together narrowed.
-/// `labels` are what the records are called.
+/// Further statements on several records fitted together: which of them is not explained, and how much narrower the
+/// joint intervals are. `labels` are the labels of the records.
 #[must_use]
 pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
     let shares = || labels.iter().zip(&fit.shares);
@@ -276,7 +276,7 @@ pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
 /// Expected deviation, in scatters, from which a one-sided statement counts as missed.
 const MISSED: f64 = 1.0;
 
-/// What published features say beyond [`statements`]: whether they test the model at all, which one-sided ones hold.
+/// Further statements on published features: whether they test the model, and which one-sided ones hold.
 #[must_use]
 pub fn printed(fit: &Fit, printed: &Printed) -> Vec<String> {
     let mut said = Vec::new();
@@ -310,7 +310,7 @@ fn percent(low: f64, high: f64) -> String {
     format!("{:.1} %", 100.0 * ((high / low).sqrt() - (low / high).sqrt()))
 }
 
-/// Two figures of a number of whatever size.
+/// A number to two significant figures.
 fn short(value: f64) -> String {
     if (0.01..1e5).contains(&value) { format!("{value:.2}") } else { format!("{value:.1e}") }
 }
@@ -320,8 +320,8 @@ fn percent_of_width(width: f64) -> String {
     percent(1.0, width.exp())
 }
 
-/// Which of several values of a choice (law, mount) the record prefers, each entering with the best of its fits, and values in `excluded` of
-/// which no run could be compared with it at all: the name of the best, or `None` when undecided.
+/// The value of a choice (law, mount) that the record prefers, each represented by its best fit; values in `excluded`
+/// have no comparable run. `None` if undecided.
 #[must_use]
 pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
     let explains = |fit: &Fit| fit.verdict.explains();
@@ -343,7 +343,7 @@ pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<Stri
     }
 }
 
-/// Which of several laws the record prefers: the name of the best, or `None` when undecided.
+/// The damping law that the record prefers, or `None` if undecided.
 ///
 /// The difference of ln evidence must reach 3; a law whose fit lies outside its own scatter while another's lies within
 /// loses whatever its evidence.

@@ -1,7 +1,7 @@
-//! Twins: records made with known parameters, to prove that the stated intervals hold.
+//! Synthetic records with known parameters, to test the coverage of the stated intervals.
 //!
-//! Each twin is simulated by the accurate integrator at its truth, with its own draw of gaps, and passes through a lab
-//! of its own: sample rate, trigger offset, baseline, white noise. It is then fitted as any record.
+//! Each record is simulated by the accurate integrator with drawn parameters and gaps. It passes through a drawn
+//! instrument: sample rate, trigger offset, baseline, white noise. It is then fitted as any record.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ use granchain_model::{
 use granchain_record::{MeasurementError, ReadOptions, RecordKind, read_record_bytes};
 use granchain_signal::{Conditioning, Series, feature::Measurand};
 
-/// What a twin was made with.
+/// True parameters and instrument of a synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     pub index: u64,
@@ -36,9 +36,8 @@ pub struct Truth {
     pub values: Vec<f64>,
     /// σ of the noise relative to the peak, 1.
     pub noise: f64,
-    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// How much later than the drive's start the record's time zero is, s.
+    /// Delay of the record's time zero after the start of the drive, s.
     pub trigger_offset_s: f64,
     /// Offset of the record of a velocity, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,31 +47,31 @@ pub struct Truth {
     pub baseline_pa: Option<f64>,
 }
 
-/// Why there is no twin.
+/// Why a synthetic record cannot be made.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TwinError {
     #[error("the truth cannot be simulated")]
     Model(#[from] ModelError),
-    #[error("the twin's record cannot be read")]
+    #[error("the synthetic record cannot be read")]
     Record(#[from] MeasurementError),
 }
 
-/// A record with known truth, as the lab would hand it over.
+/// A synthetic record with known truth, in the form of a laboratory file.
 #[derive(Debug, Clone)]
 pub struct Twin {
-    /// What it was made with.
+    /// Its true parameters and instrument.
     pub truth: Truth,
     /// The record as a CSV file.
     pub csv: Vec<u8>,
-    /// The record as the reader understands the file.
+    /// The record as read back from that file.
     pub recording: Recording,
 }
 
-/// Levels of the drive that truths are drawn from.
+/// Range of drive levels of the truths.
 const DRIVEN: (f64, f64) = (0.2, 2.0);
 
-/// Share of the box, in each coordinate, from which truths are drawn: intervals at its edge are cut off.
+/// Inner part of the box, in each coordinate, from which truths are drawn: at the edge, intervals would be cut off.
 const INNER: (f64, f64) = (0.12, 0.88);
 
 /// Sample rates of the lab's vibrometer, Hz.
@@ -81,7 +80,7 @@ const SAMPLE_RATES: [f64; 5] = [1.25e6, 2.5e6, 4e6, 5e6, 10e6];
 /// Sample rates of its hydrophone, Hz.
 const HYDROPHONE_RATES: [f64; 5] = [2.5e6, 4e6, 5e6, 10e6, 20e6];
 
-/// What its hydrophone gives for a pressure, as a header states it, and in V/Pa.
+/// Sensitivity of the hydrophone, as stated in a header, and in V/Pa.
 const HYDROPHONE: (&str, f64) = ("250 nV/Pa", 250e-9);
 
 /// Largest noise relative to the peak.
@@ -96,21 +95,20 @@ const BASELINE: f64 = 0.05;
 /// Recorded time before the drive starts, s.
 const PRE_TRIGGER: f64 = 30e-6;
 
-/// What a twin's record passes through.
+/// Instrument of a synthetic record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lab {
     /// σ of the noise relative to the peak, 1.
     pub noise: f64,
-    /// Sample rate, Hz.
     pub sample_rate: f64,
-    /// How much later than the drive's start the record's time zero is, s.
+    /// Delay of the record's time zero after the start of the drive, s.
     pub trigger_offset: f64,
     /// Offset relative to the peak, 1.
     pub baseline: f64,
 }
 
 impl Lab {
-    /// One of the usual: up to 3 % of noise, a common sample rate, a trigger within 10 µs, an offset up to 5 %.
+    /// A typical instrument: up to 3 % of noise, a common sample rate, a trigger within 10 µs, an offset up to 5 %.
     pub fn draw(measurand: Measurand, random: &mut ChaCha8Rng) -> Self {
         let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
         Self {
@@ -122,7 +120,7 @@ impl Lab {
     }
 }
 
-/// How the truth differs from the model that is fitted to it.
+/// Difference between the true scene and the fitted model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flaw {
@@ -137,7 +135,8 @@ pub enum Flaw {
 /// γ/c of two dampers of comparable loss: the paper's 3660 N·s·m^(-3/2) against 0.3 N·s/m.
 pub const EQUIVALENT: f64 = 12_200.0;
 
-/// The scene of twin `index` (without its truth): the supports alternate, the laws alternate half as fast.
+/// The scene of synthetic record `index` (without its truth): the supports alternate, the laws alternate half as
+/// often.
 #[must_use]
 pub fn scene_of(base: &Scene, index: u64) -> Scene {
     let mut scene = base.clone();
@@ -169,7 +168,7 @@ fn set_law(scene: &mut Scene, kind: DampingKind) {
     scene.damping.coefficients = DampingCoefficients::default();
 }
 
-/// The scene with a flaw that the fitted model will not know of.
+/// The scene with a flaw that the fitted model does not have.
 fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
     let mut flawed = scene.clone();
     match flaw {
@@ -189,8 +188,8 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
     flawed
 }
 
-/// Draw truth and lab of twin `index`, simulate by `run`, write the record and read it back: of a scene with water a hydrophone's at its first
-/// field point, of any other a vibrometer's.
+/// Draws truth and instrument of synthetic record `index`, simulates by `run`, writes the record and reads it back: a
+/// hydrophone record at the first field point for a scene with water, otherwise a vibrometer record.
 ///
 /// # Errors
 /// When the simulation fails or the reader refuses the record.
@@ -207,7 +206,7 @@ pub fn twin(
     twin_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
 }
 
-/// The truth of twin `index`: a point of the box's inner part.
+/// The truth of synthetic record `index`: a point of the box's inner part.
 fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
     let value = |(d, parameter): (usize, &Parameter)| {
         let u = f64::from(sobol_burley::sample(index as u32, d as u32, seed as u32));
@@ -221,8 +220,8 @@ fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
     parameters.iter().enumerate().map(value).collect()
 }
 
-/// Shot `number` of twin `index` at `level` times the scene's drive amplitude: the same truth as every shot of that twin, gaps and lab of its own.
-/// Shot 0 at level 1 is [`twin`] itself.
+/// Record `number` of synthetic set `index` at `level` times the scene's drive amplitude: the same truth in the whole
+/// set, gaps and instrument of its own. Record 0 at level 1 is that of [`twin`].
 ///
 /// # Errors
 /// As [`twin`].
@@ -236,7 +235,7 @@ pub fn twin_at_level(
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Twin, TwinError> {
     let (scene, values) = (at_level(scene, level), drawn_truth(parameters, index, seed));
-    // Shots draw from streams of their own, as twins do.
+    // Shots draw from streams of their own, as synthetic records do.
     let drawn_by = index + (number << 32);
     let mut made = twin_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
     made.truth.index = index;
@@ -251,7 +250,7 @@ pub fn at_level(scene: &Scene, level: f64) -> Scene {
     scene
 }
 
-/// Twin `index` of a seed with its truth given, its gaps drawn, its `lab` drawn for what it records: what [`twin`] draws of a lab, or less.
+/// Synthetic record `index` of a seed with given truth, drawn gaps and the instrument `lab`.
 ///
 /// # Errors
 /// When the simulation fails or the reader refuses the record.
@@ -315,7 +314,7 @@ pub fn twin_at(
     Ok(Twin { truth, csv, recording: Recording::of(&record, false) })
 }
 
-/// Put one draw of what the bench leaves open into a scene; what is fitted is not drawn.
+/// Applies one draw of the bench's uncertainty to a scene; fitted parameters are not drawn.
 fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Uncertainty, random: &mut ChaCha8Rng) {
     let mut normal = || -> f64 { StandardNormal.sample(random) };
     let open = |target| parameters.iter().all(|parameter| parameter.target != target);
@@ -341,7 +340,7 @@ fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Unc
     }
 }
 
-/// A horn-tip record as a lab would store it: µs and nm, resolution 0.01 nm, `comments` on top.
+/// A horn-tip file as a laboratory stores it: µs and nm, resolution 0.01 nm, after `comments`.
 #[must_use]
 pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
     let mut text = head(comments);
@@ -352,7 +351,7 @@ pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A vibrometer record as a lab would store it: µs and mm/s, resolution 1 µm/s, `comments` on top.
+/// A vibrometer file as a laboratory stores it: µs and mm/s, resolution 1 µm/s, after `comments`.
 #[must_use]
 pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
     let mut text = head(comments);
@@ -363,7 +362,8 @@ pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A hydrophone's record as a lab would store it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa), `comments` on top.
+/// A hydrophone file as a laboratory stores it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa),
+/// after `comments`.
 #[must_use]
 pub fn hydrophone_csv(pressure: &Series, comments: &[String]) -> Vec<u8> {
     let mut text = head(comments);

@@ -1,4 +1,4 @@
-//! How well a bench is known: what is stated by name of what is drawn into every run.
+//! Uncertainties of a bench that the user states by name.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use granchain_signal::{
 };
 
 impl Number {
-    /// In SI; a pure number stands for SI.
+    /// Value in SI; a pure number is taken as SI.
     ///
     /// # Errors
     /// When the text is no quantity of that unit.
@@ -32,7 +32,7 @@ impl Number {
     }
 }
 
-/// What is stated, by name, SI; the rest is as usual.
+/// Stated values by name, SI; others keep their defaults.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StatedUncertainty(BTreeMap<String, f64>);
 
@@ -57,7 +57,8 @@ impl StatedUncertainty {
         Ok(Self(stated.iter().map(value).collect::<Result<_, _>>()?))
     }
 
-    /// What is drawn into the runs of `scene` under the horn's record, which says how well its baseline is known, and by what decoder it was made.
+    /// Uncertainty for the runs of `scene`; the horn record adds the error of its baseline and of its vibrometer's
+    /// filter.
     ///
     /// # Errors
     /// A stiffness of a support that has none.
@@ -84,7 +85,7 @@ impl StatedUncertainty {
     }
 }
 
-/// What is drawn, in words; what is fitted is not drawn.
+/// Description of the drawn uncertainties; fitted parameters are not drawn.
 #[must_use]
 pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let fitted = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
@@ -97,10 +98,7 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
         vec![format!("gaps of {} (half-normal{roughness}) in every contact", engineering(drawn.gap, "m", 2))];
     words.push(format!("the drive's level ±{} %", 100.0 * drawn.drive));
     if drawn.droop > 0.0 {
-        words.push(format!(
-            "up to {} % of the drive that its decoder may have taken",
-            significant(100.0 * drawn.droop, 2)
-        ));
+        words.push(format!("up to {} % drive loss in its vibrometer's filter", significant(100.0 * drawn.droop, 2)));
     }
     if drawn.sensitivity > 0.0 {
         words.push(format!("the instrument's sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));

@@ -15,7 +15,6 @@ const NUMBER: f64 = 8.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Unknowns × steps, 1.
     pub work: f64,
     /// Largest memory, bytes.
     pub memory: f64,

@@ -1,4 +1,4 @@
-//! What the holder does to the beads in models of a fixed step: drag, and friction with the regularised law.
+//! Bead guide in models of a fixed step: drag, and friction with the regularised law.
 //!
 //! ```text
 //! m v̇ = −b v                          v(t) = v₀ e^(−b t/m)
@@ -49,7 +49,7 @@ impl<N: Number> HoldLoss<N> {
 }
 
 impl<N: Number> Hold<N> {
-    /// Of the holder of each run, whose beads are those of `scene` with the masses `masses` (kg), in steps of `step` (s).
+    /// Of the bead guide of each run, whose beads are those of `scene` with the masses `masses` (kg), in steps of `step` (s).
     pub(crate) fn new(each: impl Fn(usize) -> Holder, scene: &Scene, masses: &[f64], step: f64) -> Self {
         let of = |value: &dyn Fn(Holder) -> f64| N::of(|place| value(each(place)));
         let any = |asks: &dyn Fn(&Holder) -> bool| (0..N::WIDTH).any(|place| asks(&each(place)));

@@ -229,7 +229,7 @@ mod tests {
             forward.kick(&mut motion, 2.0);
         }
         assert_eq!(motion, HornMotion::at_rest());
-        // The chain lets go: 2 N drive it, and the books of Channels::horn_residual meet.
+        // The chain lets go: 2 N drive it, and the energy balance of `Channels::horn_residual` closes.
         let (mut given, mut pushed) = (0.0, 2.0);
         for _ in 0..4000 {
             let before = motion.displacement;

@@ -77,7 +77,7 @@ fn model(scene: &Scene, cache: Option<&Cache>) -> Result<PreparedModel, ModelErr
         ModelKind::Chain => PreparedModel::Chain(None),
         ModelKind::Reduced => {
             let (reduction, origin) = match cache {
-                // A disc on water is made anew: its modes and the water's answer are not kept.
+                // A disc on water is made again: its modes and the water's answer are not kept.
                 Some(cache) if scene.water.is_none() => cache.reduction(scene)?,
                 _ => (Reduction::new(scene)?, Origin::Made { not_kept: None }),
             };

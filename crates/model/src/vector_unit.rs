@@ -1,5 +1,3 @@
-//! What does the arithmetic.
-
 /// Architecture and vector unit: last digits of factors and modes depend on them.
 pub fn vector_unit() -> String {
     #[cfg(target_arch = "x86_64")]

@@ -38,7 +38,7 @@ impl Attendance {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Tell `progress` if something was done since `told`.
+    /// Calls `progress` if work was done since `told`.
     fn tell(&self, py: Python<'_>, progress: Option<&Py<PyAny>>, told: &mut u64) -> PyResult<()> {
         let (done, all) = (self.done.load(Ordering::Relaxed), self.all.load(Ordering::Relaxed));
         let Some(progress) = progress.filter(|_| all > 0 && done != *told) else { return Ok(()) };

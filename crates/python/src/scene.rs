@@ -212,7 +212,7 @@ pub fn cache(folder: Option<PathBuf>) -> Option<Cache> {
     granchain::cli::arguments::Session { cache: folder, ..quiet() }.cache()
 }
 
-/// Run a scene; `progress` is told of nanoseconds simulated, of all.
+/// Run a scene; `progress` receives the nanoseconds simulated and their total.
 #[pyfunction]
 fn replay(py: Python<'_>, scene: &Scene, cache_folder: Option<PathBuf>, progress: Option<Py<PyAny>>) -> PyResult<Run> {
     let (origin, scene) = (scene.0.drive.as_ref().map(|drive| drive.motion.origin), scene.built()?);

@@ -13,24 +13,25 @@ pub(super) const FEWEST_PERIODS: usize = 4;
 
 /// Largest rms of quiet samples, as a fraction of the record's peak.
 const QUIET_RMS: f64 = 0.05;
-/// Share of the variance of quiet samples that the drive's lines may explain: of 35 samples of white noise 13 unknowns explain a third.
+/// Share of the variance of quiet samples that lines of the drive may explain. In 35 samples of white noise, 13
+/// unknowns explain a third.
 const MOVED_SHARE: f64 = 0.6;
-/// The later half of quiet samples may have this many times the rms of the earlier half.
+/// Largest rms of the later half of quiet samples, in rms of the earlier half.
 const QUIET_GROWTH: f64 = 2.0;
-/// The same of samples that no trigger calls quiet, in standard errors of what noise alone does.
+/// The same for samples without a trigger, in standard errors of noise alone.
 const GROWN: f64 = 1.5;
 
-/// Fewest samples that are told to be white noise.
+/// Fewest samples that can be recognised as white noise.
 const FEWEST_LOUD: usize = 64;
-/// Their roughness, of which white noise has 2.
+/// Least roughness of white noise; its expected value is 2.
 const WHITE: f64 = 1.2;
-/// Largest share of their variance that lines of the drive explain.
+/// Largest share of the variance that lines of the drive may explain in noise.
 const LINELESS: f64 = 0.2;
 
-/// Roughness below which samples are motion: noise that a decoder passes up to a tenth of the sample rate has 0.13.
+/// Roughness below which samples are motion. Noise low-passed at a tenth of the sample rate has 0.13.
 const SMOOTH: f64 = 0.1;
 
-/// The middle value, of an even number the upper of the two; 0 of none.
+/// Median; the upper of the two middle values of an even number; 0 for no values.
 pub(super) fn median(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     let middle = values.len() / 2;
@@ -39,12 +40,12 @@ pub(super) fn median(values: &[f64]) -> f64 {
 
 /// Number of quiet samples at the start of a record.
 ///
-/// The samples before the trigger are the candidates; where there are none or they are not quiet, as of a burst that begins before its trigger, the
-/// samples before the first departure by a tenth of the
-/// peak (and, to stay clear of a slow ring-up, ever shorter parts of them). Candidates are quiet if there are at
-/// least 8, their rms about their mean is below 5 % of the record's peak, and the later half has at most twice the rms
-/// of the earlier half. Samples of a record without a trigger must moreover cross their mean at least four times, or differ
-/// by the resolution only: the beginning of a finely sampled cycle does neither.
+/// The candidates are the samples before the trigger. Without a trigger, or if they are not quiet (a burst that begins
+/// before its trigger), the candidates are the samples before the first departure by a tenth of the peak, and ever
+/// shorter parts of them, to avoid a slow ring-up. Candidates are quiet if there are at least 8, their rms about their
+/// mean is below 5 % of the record's peak, and the later half has at most twice the rms of the earlier half. In a
+/// record without a trigger they must also cross their mean at least four times, or differ only by the resolution: the
+/// start of a finely sampled cycle does neither.
 pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f64>) -> usize {
     let median = median(values);
     let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
@@ -96,7 +97,7 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
         .unwrap_or(0)
 }
 
-/// Whether samples are white noise however loud: as loud in either half, rough, and with no line of the drive's.
+/// Whether samples are white noise of any level: equally strong in both halves, rough, without a line of the drive.
 fn is_loud_noise(values: &[f64], period: Option<f64>) -> bool {
     let (early, late) = values.split_at(values.len() / 2);
     let ratio = mean_and_rms(late).1 / mean_and_rms(early).1.max(f64::MIN_POSITIVE);
@@ -105,8 +106,9 @@ fn is_loud_noise(values: &[f64], period: Option<f64>) -> bool {
     rough && alike && period.is_some_and(|period| line_share(values, period) < LINELESS)
 }
 
-/// Mean square of the first differences over the variance about a straight line, and the root of that variance: 2 of white noise, (2π f Δt)² of a motion
-/// at a frequency f that is sampled finely. `None` of samples on a line.
+/// Roughness, and rms about a straight line. Roughness is the mean square of the first differences over the variance
+/// about that line: 2 for white noise, (2π f Δt)² for a finely sampled motion at frequency f. `None` for samples on a
+/// line.
 fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     let n = values.len() as f64;
     let middle = 0.5 * (n - 1.0);
@@ -119,8 +121,9 @@ fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     (left > 0.0).then(|| (differences / left, left.sqrt()))
 }
 
-/// Whether samples move under white noise: what they do beyond it, by more than `step`, is smooth. Noise is told by third differences, of which a motion
-/// has next to none, and motion about a straight line in every three periods of the drive, so that a hum is none.
+/// Whether there is smooth motion under white noise, larger than `step`. The noise is estimated from third
+/// differences, which are almost zero for motion. Motion is measured about a straight line in every three drive
+/// periods, which excludes hum.
 fn stirs(values: &[f64], period: f64, step: f64) -> bool {
     let window = usize::min((3.0 * period).round() as usize, values.len());
     if window < FEWEST_QUIET {
@@ -150,10 +153,10 @@ fn line_share(values: &[f64], period: f64) -> f64 {
     1.0 - left / (reach as f64 * rms * rms)
 }
 
-/// Hann-weighted mean of `series` over the largest whole number of drive periods in its plateau, or how many periods there
-/// were. The plateau is the longest run of periods whose swing (maximum − minimum) exceeds 0.8 of the largest; over m ≥ 2
-/// whole periods the weights 1 − cos(2πt/(m T)) have no response at f0 and its harmonics, so the motion itself leaves
-/// nothing in the mean.
+/// Hann-weighted mean of `series` over the largest whole number of drive periods in its plateau; if there are too few,
+/// their number. The plateau is the longest run of periods whose swing (maximum − minimum) exceeds 0.8 of the largest.
+/// Over m ≥ 2 whole periods the weights 1 − cos(2πt/(m T)) have no response at f0 and its harmonics, so the motion
+/// does not affect the mean.
 pub(super) fn plateau_mean(series: &Series, drive_frequency: f64) -> Result<(f64, usize), usize> {
     let period = 1.0 / drive_frequency;
     let periods = ((series.end() - series.start) / period).floor() as usize;
@@ -191,9 +194,9 @@ pub(super) fn plateau_mean(series: &Series, drive_frequency: f64) -> Result<(f64
     Ok((sum / weights, count))
 }
 
-/// `series` less its slow drift: the running Hann-weighted mean over eight drive periods, which passes nothing at f0 and its
-/// harmonics. Near the ends the series is continued by reflection through its end points; a record that ends while the horn
-/// still rings is uncertain by a tenth of what rings there over its last four periods.
+/// `series` without its slow drift, the running Hann-weighted mean over eight drive periods, which has no response at
+/// f0 and its harmonics. Near the ends the series is continued by reflection through its end points. If the horn still
+/// rings at the end of the record, the last four periods are uncertain by a tenth of that motion.
 pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
     let half = (4.0 / (drive_frequency * series.step)).round().max(1.0) as usize;
     let n = series.len();
@@ -217,7 +220,7 @@ pub(super) fn without_drift(series: &Series, drive_frequency: f64) -> Series {
         }
     };
     // Of the window around i: A = Σ x_j and Z = Σ x_j exp(i angle (j − i)), so Σ (1 + cos) x_j = A + Re Z. From one window to the next a
-    // sample leaves, one enters and Z turns; every `half` windows both are summed anew, so that rounding does not add up.
+    // sample leaves, one enters and Z turns; every `half` windows both are summed again, so that rounding does not add up.
     let cis = |k: isize| Complex::<f64>::new(libm::cos(angle * k as f64), libm::sin(angle * k as f64));
     let reach = half as isize;
     let (edge, turn) = (cis(reach), cis(-1));
@@ -324,7 +327,7 @@ mod tests {
         assert_eq!(quiet_lead(&fine, 0, None), 0);
     }
 
-    /// Gaussian enough: the sum of four even draws, of rms 1.
+    /// Approximately Gaussian: the sum of four uniform draws, of rms 1.
     fn noise(seed: &mut u64) -> f64 {
         let mut even = || {
             *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -368,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_motion_under_noise_stirs_and_a_hum_or_a_decoder_does_not() {
+    fn a_small_motion_under_noise_stirs_and_a_hum_or_a_vibrometer_filter_does_not() {
         let period = 1.0 / (73e3 * 2e-7);
         let samples = |seed: u64, made: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let mut random = seed;

@@ -1,18 +1,17 @@
-//! Choices that are written as words.
+//! Options that are written as keywords.
 
-/// A choice that a flag or a file makes by a word.
+/// An option that a flag or a file sets by a keyword.
 pub trait Choice: Copy + Default + Send + Sync + 'static {
-    /// Every word, what it chooses, and what that means.
+    /// Keyword, value and meaning of every choice.
     const WORDS: &'static [(&'static str, Self, &'static str)];
 
-    /// What a word chooses.
     #[must_use]
     fn of_word(word: &str) -> Option<Self> {
         Self::WORDS.iter().find(|(own, ..)| *own == word).map(|(_, choice, _)| *choice)
     }
 }
 
-/// An enumeration with the word of each variant behind `=`, and its documentation as the word's meaning.
+/// An enumeration with the keyword of each variant after `=`; the doc comment of a variant is its meaning in the help.
 macro_rules! choice {
     (
         $(#[$about:meta])*

@@ -1,4 +1,4 @@
-//! What a header says: name and unit of each column, and which column is which.
+//! Column headers: name and unit of each column, and which column to read.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use super::{MeasurementError, Place, ReadOptions, RecordKind, Sensitivity};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     pub header: String,
-    /// The part of it that is a name.
+    /// Name part of the header.
     pub name: String,
     /// The unit as written, if one is.
     pub unit_text: Option<String>,
     pub unit: Option<Result<Unit, QuantityError>>,
 }
 
-/// The unit that `text` stands for; words that oscilloscopes write are understood too.
+/// The unit `text` stands for, including the words that oscilloscopes write.
 pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     let text = text.trim().trim_start_matches(['[', '(']);
     let closes = |open: char, close: char| text.matches(close).count() > text.matches(open).count();
@@ -43,7 +43,7 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     }
 }
 
-/// Where the bracket opens that closes at the end of `text`; several may stand one after the other, or one in another.
+/// Position of the bracket that closes at the end of `text`; brackets may follow one another or be nested.
 fn opening(text: &str, open: char, close: char) -> Option<usize> {
     let mut depth = 0;
     let mut places = text.char_indices().rev().peekable();
@@ -54,14 +54,14 @@ fn opening(text: &str, open: char, close: char) -> Option<usize> {
     })
 }
 
-/// Whether a name is that of a counter of samples.
+/// Whether a name is that of a sample counter.
 pub(super) fn is_counter(name: &str) -> bool {
     ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point"]
         .contains(&name.trim().to_lowercase().as_str())
 }
 
 impl Column {
-    /// Understand a header: `Velocity [mm/s]`, `Time (us)`, `t / s`, `velocity_mm_per_s`, `Velocity mm/s`, `Time`.
+    /// Parses a header: `Velocity [mm/s]`, `Time (us)`, `t / s`, `velocity_mm_per_s`, `Velocity mm/s`, `Time`.
     pub(super) fn from_header(header: &str) -> Self {
         let header = header.trim();
         let with = |name: &str, unit: &str| {
@@ -118,8 +118,8 @@ impl Column {
         Self { header: header.into(), name: header.into(), unit_text: None, unit: None }
     }
 
-    /// Take the unit from a cell of the units row, unless the header has one or the cell is empty. What stands in the header's brackets and is
-    /// none (`X(CH1)`) gives way to one.
+    /// Takes the unit from a cell of the units row, unless the header has one or the cell is empty. Text in the
+    /// header's brackets that is not a unit (`X(CH1)`) is overridden.
     pub(super) fn add_unit_cell(&mut self, cell: &str) {
         let cell = cell.trim();
         let puzzling = self.unit.as_ref().is_some_and(Result::is_err) && parse_unit(cell).is_ok();
@@ -149,7 +149,7 @@ const FREQUENCY_NAMES: [&str; 5] = ["frequency", "freq", "f", "frequenz", "band 
 const MOTION_NAMES: [&str; 10] = ["velocity", "vel", "v", "speed", "vib", "displacement", "disp", "u", "x", "position"];
 const PRESSURE_NAMES: [&str; 6] = ["pressure", "p", "hydrophone", "sound pressure", "acoustic pressure", "druck"];
 
-/// Words that a column's name begins with, or one of its words, where it says what it is of.
+/// Words that identify a column of this kind of record.
 fn hints(kind: RecordKind) -> &'static [&'static str] {
     match kind {
         RecordKind::HornTip => &["horn", "tip", "drive", "sonotrode", "piston"],
@@ -158,14 +158,15 @@ fn hints(kind: RecordKind) -> &'static [&'static str] {
     }
 }
 
-/// Whether a header says that its column is of this kind of record.
+/// Whether a header identifies its column as this kind of record.
 pub(super) fn is_of(header: &str, kind: RecordKind) -> bool {
     let header = header.to_lowercase();
     let mut words = header.split(|letter: char| !letter.is_alphanumeric());
     words.any(|word| hints(kind).iter().any(|hint| word.starts_with(hint)))
 }
 
-/// Of columns that would do, those whose names say so; all where none does, but those of other kinds.
+/// The candidates whose names identify this kind of record; if there are none, all candidates except those of other
+/// kinds.
 fn meant(columns: &[Column], found: Vec<usize>, kind: RecordKind) -> Vec<usize> {
     if found.len() < 2 {
         return found;
@@ -184,7 +185,7 @@ fn meant(columns: &[Column], found: Vec<usize>, kind: RecordKind) -> Vec<usize> 
     if left.is_empty() { found } else { left }
 }
 
-/// Whether a column has the extremes between samples that an oscilloscope in the mode Peak Detect adds.
+/// Whether a column holds the extremes between samples that an oscilloscope adds in Peak Detect mode.
 pub(super) fn is_peak_detect(column: &Column) -> bool {
     column.header.to_lowercase().replace(['-', '_'], " ").contains("peak detect")
 }
@@ -196,7 +197,7 @@ fn names(kind: RecordKind) -> &'static [&'static str] {
     }
 }
 
-/// A header of a column of this kind with its unit.
+/// Example header of a column of this kind, with its unit.
 fn example(kind: RecordKind) -> &'static str {
     match kind {
         RecordKind::HornTip | RecordKind::Vibrometer => "velocity_mm_per_s",
@@ -207,18 +208,19 @@ fn example(kind: RecordKind) -> &'static str {
 /// The columns to read, with their units in SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Chosen {
-    /// `None` where the rows have no time.
+    /// `None` if the rows have no time.
     pub time: Option<usize>,
     pub value: usize,
     pub time_factor: f64,
     /// Unit of the recorded quantity.
     pub value_unit: Unit,
-    /// Unit of the volts that a sensitivity made that quantity, and the sensitivity.
+    /// If the column is in volts: its unit, and the sensitivity used.
     pub volts: Option<(Unit, Sensitivity)>,
 }
 
-/// Find the column of time and that of the recorded quantity. Units given by flags are written into `columns`. Rows whose
-/// instants are known (`timed`) need no column of time. A sensitivity that the file states counts for a column in volts unless the options have one.
+/// Finds the time column and the column of the recorded quantity. Units given by flags are written into `columns`.
+/// Rows with known instants (`timed`) need no time column. A sensitivity in the file applies to a column in volts
+/// unless the options state another.
 pub(super) fn choose(
     path: &Path,
     line: u64,
@@ -411,7 +413,7 @@ fn positions(columns: &[Column], accept: impl Fn(&Column) -> bool) -> Vec<usize>
     columns.iter().enumerate().filter(|(_, column)| accept(column)).map(|(i, _)| i).collect()
 }
 
-/// The column that a flag names: its whole header, else the name part of it, else its number from 1.
+/// The column that a flag names: by its whole header, else its name, else its number from 1.
 fn find(
     path: &Path,
     line: u64,

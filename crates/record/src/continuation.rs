@@ -1,17 +1,18 @@
-//! A burst continued beyond the samples of it: lines whose amplitudes change steadily, fitted to the periods next to an end.
+//! Continuation of a burst beyond its samples: lines with linearly changing amplitudes, fitted to the periods next to
+//! an end.
 
 use std::f64::consts::PI;
 
-/// Harmonics of the drive that are fitted, where the sampling carries them.
+/// Harmonics of the drive that are fitted, if the sample rate allows.
 const HARMONICS: usize = 3;
 /// Highest line that is fitted, as a fraction of the sample rate.
 const HIGHEST: f64 = 0.4;
 
-/// x(u) = c + Σ_k (a_k + b_k u) cos kωu + (d_k + e_k u) sin kωu about an edge, u in samples inwards; least squares under the weights
-/// 1 + cos(πu/U) over U samples.
+/// x(u) = c + Σ_k (a_k + b_k u) cos kωu + (d_k + e_k u) sin kωu about an edge, u in samples inwards, by least squares
+/// under the weights 1 + cos(πu/U) over U samples.
 ///
-/// Exact for a steady tone, and for the line u sin ωu as which a ring-up begins. Outwards (u < 0) the growth u levels off as −L tanh(u/L), so that
-/// nothing runs away.
+/// Exact for a steady tone, and for the ring-up u sin ωu. Outwards (u < 0) the linear growth u is limited to −L
+/// tanh(u/L).
 #[derive(Debug, Clone)]
 pub(super) struct Continuation {
     /// ω, rad a sample.
@@ -24,8 +25,8 @@ pub(super) struct Continuation {
 }
 
 impl Continuation {
-    /// Fit the samples `inwards(0)`, `inwards(1)`, … up to `reach` of them, of which the first lies `offset` samples inside the edge; `period` in
-    /// samples. `None` where they are fewer than what is fitted.
+    /// Fits the samples `inwards(0)`, `inwards(1)`, … up to `reach` of them; the first lies `offset` samples inside
+    /// the edge, `period` is in samples. `None` if there are fewer samples than unknowns.
     pub fn fit(inwards: impl Fn(usize) -> f64, reach: usize, offset: f64, period: f64) -> Option<Self> {
         let angular = 2.0 * PI / period;
         let possible = (HIGHEST * period) as usize;
@@ -58,7 +59,7 @@ impl Continuation {
         Some(Self { angular, levels_off: 3.0 * period, mean: solution[0], lines })
     }
 
-    /// The same without a line's falling below half of what it is at the edge: for a burst that goes on beyond it.
+    /// The same with each line kept at half its edge amplitude or more: for a burst that goes on beyond the edge.
     pub(crate) fn going_on(mut self) -> Self {
         if let Some([a, b, d, e]) = self.lines.first() {
             let (size, growth) = (libm::hypot(*a, *d), libm::hypot(*b, *e));
@@ -79,7 +80,7 @@ impl Continuation {
         self.mean + self.lines.iter().enumerate().map(line).sum::<f64>()
     }
 
-    /// Amplitude of the drive's own line at the edge.
+    /// Amplitude of the drive line at the edge.
     pub fn amplitude(&self) -> f64 {
         self.lines.first().map_or(0.0, |[a, _, d, _]| libm::hypot(*a, *d))
     }
@@ -111,7 +112,8 @@ fn sin_cos(angle: f64) -> (f64, f64) {
     (libm::sin(angle), libm::cos(angle))
 }
 
-/// Solve the symmetric positive system `matrix` x = `right` by Cholesky's factors; `None` where it is singular.
+/// Solves the symmetric positive definite system `matrix` x = `right` by Cholesky factorisation; `None` if it is
+/// singular.
 fn solve(mut matrix: Vec<f64>, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let n = right.len();
     for j in 0..n {

@@ -3,7 +3,7 @@
 use super::choice::choice;
 
 choice! {
-    /// What stands between the whole part of a number and its fraction.
+    /// Decimal sign of a number.
     pub enum DecimalSign {
         /// 0.5
         #[default]
@@ -23,7 +23,6 @@ impl DecimalSign {
         }
     }
 
-    /// The character.
     #[must_use]
     pub(crate) fn character(self) -> char {
         match self {
@@ -43,7 +42,7 @@ impl DecimalSign {
 /// Longest number that is rewritten without an allocation.
 const SHORT: usize = 48;
 
-/// The number in `cell`, which has no space around it; `None` if it is none in this writing.
+/// The number in `cell` (without surrounding spaces); `None` if it is not a number in this notation.
 pub(super) fn number(cell: &str, decimal: DecimalSign) -> Option<f64> {
     if decimal == DecimalSign::Point {
         return cell.parse().ok();
@@ -63,7 +62,7 @@ pub(super) fn number(cell: &str, decimal: DecimalSign) -> Option<f64> {
     std::str::from_utf8(point).ok()?.parse().ok()
 }
 
-/// A number as it is written: `digits` · 10^`exponent`, without the rounding of a double.
+/// An exact decimal number `digits` · 10^`exponent`, without the rounding of a double.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Exact {
     digits: i128,
@@ -71,7 +70,7 @@ pub(super) struct Exact {
 }
 
 impl Exact {
-    /// Of `cell`; `None` where it is no number or has more digits than can be held.
+    /// Parses `cell`; `None` if it is not a number or has too many digits.
     pub(super) fn of(cell: &str, decimal: DecimalSign) -> Option<Self> {
         number(cell, decimal)?;
         let (mantissa, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
@@ -92,7 +91,7 @@ impl Exact {
     }
 }
 
-/// The unit of a number's last digit: 1e-6 of `-9.9998e-02`, 1 of `12`; `None` where it is no number.
+/// Unit of a number's last digit: 1e-6 for `-9.9998e-02`, 1 for `12`; `None` if it is not a number.
 pub(super) fn last_digit(cell: &str, decimal: DecimalSign) -> Option<f64> {
     number(cell, decimal).filter(|value| value.is_finite())?;
     let (mantissa, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
@@ -100,10 +99,10 @@ pub(super) fn last_digit(cell: &str, decimal: DecimalSign) -> Option<f64> {
     Some(10f64.powi(exponent.parse::<i32>().ok()?.checked_sub(places)?))
 }
 
-/// The units of the last digits of a column's numbers, where zeros at the end may not be written: `0.01` for `0.0100000`.
+/// Units of the last digits of a column's numbers, where trailing zeros may be missing: `0.01` for `0.0100000`.
 #[derive(Debug, Default)]
 pub(super) struct LastDigits {
-    /// Value and unit of the last digit that is written.
+    /// Value and unit of its last written digit.
     written: Vec<(f64, f64)>,
 }
 
@@ -112,8 +111,8 @@ impl LastDigits {
         self.written.extend(number(cell, decimal).zip(last_digit(cell, decimal)));
     }
 
-    /// No coarser than written. The column has as many decimals as its finest number, or as many digits as its longest: the coarser of both. A
-    /// zero (`0.00E+00`) is as fine as the finest.
+    /// The units, at most as coarse as written. A column has as many decimals as its finest number, or as many digits
+    /// as its longest, whichever is coarser. A zero (`0.00E+00`) is as fine as the finest.
     pub(super) fn units(self) -> Vec<f64> {
         // The logarithm of a power of ten may fall short of it.
         let decade = |value: f64| (value.abs().log10() + 1e-12).floor();
@@ -128,7 +127,7 @@ impl LastDigits {
     }
 }
 
-/// Whether `cell` may as well be a whole number with its thousands set off by `sign`: `1,234`, `12.000`, but not `0.123`.
+/// Whether `cell` may be a whole number with `sign` as thousands separator: `1,234`, `12.000`, but not `0.123`.
 pub(super) fn may_be_grouped(cell: &str, sign: DecimalSign) -> bool {
     let mut parts = cell.trim_start_matches(['-', '+']).split(sign.character());
     let first = parts.next().unwrap_or_default();

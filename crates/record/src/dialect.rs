@@ -1,4 +1,4 @@
-//! What separates the values of a table, and how its decimals are written.
+//! Delimiter and decimal sign of a table.
 
 use std::path::Path;
 
@@ -20,7 +20,6 @@ choice! {
 impl Delimiter {
     const ALL: [Self; 3] = [Self::Semicolon, Self::Tab, Self::Comma];
 
-    /// The character.
     #[must_use]
     pub(crate) fn character(self) -> char {
         char::from(self.byte())
@@ -52,16 +51,16 @@ pub(super) struct Dialect {
     pub decimal: DecimalSign,
 }
 
-/// Lines among which the first row of numbers is sought.
+/// Lines searched for the first row of numbers.
 const SEARCHED_LINES: usize = 400;
-/// Rows of numbers from which the decimal sign is told. Every later row is held to what they say.
+/// Rows of numbers that decide the decimal sign. Every later row must agree with them.
 const SAMPLED_ROWS: usize = 50;
 
-/// Tell the dialect from the first rows of numbers in `text`, whose first line is line `first` of the file.
+/// Detects the dialect from the first rows of numbers in `text`, whose first line is line `first` of the file.
 ///
-/// A row of numbers is a line whose cells are all numbers or missing, under one of the delimiters; its semicolons and tabs
-/// separate cells, its commas do so where there is neither. Decimals are those of the first rows; both signs there, or
-/// only such numbers that may as well have their thousands set off, are refused.
+/// A row of numbers is a line whose cells are all numbers or missing, under one of the delimiters. Semicolons and tabs
+/// always separate cells; commas do if there is neither. The first rows decide the decimal sign. If both signs occur,
+/// or if all numbers may have thousands separators, the file is refused.
 pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions) -> Result<Dialect, MeasurementError> {
     let lines = || {
         let numbered = text.lines().zip(first..);
@@ -81,7 +80,7 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
                 expected: format!("{} between the names, as in line {found_at}", delimiter.name()),
                 found: other.name(),
                 remedy: if delimiter == Delimiter::Comma {
-                    "decimal commas cannot be told from commas between values: export with decimal points, or with \
+                    "decimal commas cannot be distinguished from commas between values: export with decimal points, or with \
                      semicolons in every line"
                 } else {
                     "export with one delimiter throughout"
@@ -158,7 +157,8 @@ fn decimal_of<'a>(
     }
 }
 
-/// No row of numbers: the delimiter that the first line has most of, unless spaces or other signs separate its values.
+/// For a file without a row of numbers: the most frequent delimiter of the first line, unless spaces or other signs
+/// separate its values.
 fn without_numbers<'a>(
     path: &Path,
     mut lines: impl Iterator<Item = (&'a str, u64)>,

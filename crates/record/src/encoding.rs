@@ -6,7 +6,7 @@ use encoding_rs::{UTF_16BE, UTF_16LE, WINDOWS_1252};
 
 use super::{MeasurementError, Place, universal::is_universal};
 
-/// How the characters of a file are written.
+/// Character encoding of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     Utf8,
@@ -33,11 +33,10 @@ impl Encoding {
 pub(super) struct Decoded<'a> {
     pub text: Cow<'a, str>,
     pub encoding: Encoding,
-    /// Line and byte of the first character that is no UTF-8, where Windows-1252 was taken in its place.
+    /// Line and byte of the first character that is not UTF-8, if Windows-1252 was assumed.
     pub foreign: Option<(u64, u8)>,
 }
 
-/// Beginnings of files that are no text.
 const MAGIC: [(&[u8], &str); 10] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
@@ -51,7 +50,7 @@ const MAGIC: [(&[u8], &str); 10] = [
     (b":WFMP:", "a Tektronix file (.isf)"),
 ];
 
-/// What the first bytes of a file already show to be no text, so that the rest need not be read. Of UTF-16, that is seen later.
+/// Refuses a file whose first bytes show that it is not text, before the rest is read. UTF-16 is detected later.
 pub(super) fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementError> {
     if is_universal(head) {
         return Ok(());
@@ -82,10 +81,10 @@ fn refuse_empty(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
     if bytes.trim_ascii().is_empty() { Err(MeasurementError::Empty { path: path.into() }) } else { Ok(()) }
 }
 
-/// Bytes → text, or what else the bytes seem to be. UTF-8 costs no copy.
+/// Decodes bytes to text, or names what they seem to be. UTF-8 is not copied.
 ///
-/// Bytes that are no UTF-8 are read as Windows-1252 (where µ is 0xb5), unless one of them means nothing there: a foreign
-/// character in a name or a comment does no harm, and within a unit or a number it is refused later.
+/// Bytes that are not UTF-8 are read as Windows-1252 (µ is 0xb5), unless one of them is undefined there. A wrong
+/// character in a name or a comment does no harm; in a unit or a number it is refused later.
 pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Decoded<'a>, MeasurementError> {
     refuse_magic(path, bytes)?;
     let plain = |text, encoding| Decoded { text, encoding, foreign: None };
@@ -120,7 +119,7 @@ fn line_of(bytes: &[u8], at: usize) -> u64 {
     1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count() as u64
 }
 
-/// UTF-16 by its mark, or because every other byte of the beginning is zero.
+/// UTF-16, recognised by its byte-order mark, or by zeros in every other byte.
 fn sixteen_bits(bytes: &[u8]) -> Option<(&'static encoding_rs::Encoding, Encoding)> {
     const LOOKED_AT: usize = 64;
     if bytes.starts_with(b"\xff\xfe") {

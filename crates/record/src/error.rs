@@ -30,7 +30,7 @@ pub enum MeasurementError {
     #[error("{}: expected text, found {found}; export the record as CSV text", path.display())]
     Binary {
         path: PathBuf,
-        /// What it seems to be, or the offending byte.
+        /// Detected file type, or the offending byte.
         found: String,
     },
     #[error("{place}: expected UTF-8 text, found byte 0x{byte:02x}; save the file as UTF-8")]
@@ -83,7 +83,7 @@ pub enum MeasurementError {
     Segments {
         place: Place,
         count: usize,
-        /// Rows of each, where all have as many.
+        /// Rows of each, if all have the same number.
         size: Option<usize>,
         wanted: Option<usize>,
     },
@@ -96,11 +96,7 @@ pub enum MeasurementError {
          software reads; open it in PSV or VibSoft and export the time data as universal file (UFF 58) or as ASCII",
         path.display()
     )]
-    PolytecBinary {
-        path: PathBuf,
-        /// `.svd` or `.pvd`.
-        extension: String,
-    },
+    PolytecBinary { path: PathBuf, extension: String },
     #[error("{place}: --scale is for a column in volts, found the unit `{unit}`; leave --scale out, or pass --unit V")]
     ScaleWithoutVolts { place: Place, unit: String },
     #[error("{}: expected a range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
@@ -116,7 +112,7 @@ pub enum MeasurementError {
     TooFewSamples {
         path: PathBuf,
         needed: usize,
-        /// Samples found, on the even grid.
+        /// Samples found on the even grid.
         found: usize,
     },
     #[error(
@@ -136,13 +132,7 @@ pub enum MeasurementError {
         "{place}: expected one column to read, found {}: {}; choose one {}",
         candidates.len(), listed(candidates), by_name_or_number(flag, candidates, numbers)
     )]
-    Ambiguous {
-        place: Place,
-        flag: &'static str,
-        candidates: Vec<String>,
-        /// Their numbers, from 1.
-        numbers: Vec<usize>,
-    },
+    Ambiguous { place: Place, flag: &'static str, candidates: Vec<String>, numbers: Vec<usize> },
     #[error("{place}: expected samples in time, found a spectrum; export the time data")]
     Spectrum { place: Place },
     #[error("{}; all at once: {}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  and "), remedies(.0))]
@@ -176,16 +166,16 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected {expected} cells as in the header, found {found}{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
-        else if *commas { "; decimal commas cannot be told from commas between values: export with semicolons, or with decimal points" }
+        else if *commas { "; decimal commas cannot be distinguished from commas between values: export with semicolons, or with decimal points" }
         else { "; complete the row or delete it" }
     )]
     Ragged {
         place: Place,
         expected: usize,
         found: usize,
-        /// Whether it is the last line and lacks its end.
+        /// Whether it is the last line and has no line end.
         cut: bool,
-        /// Whether commas separate the cells and there are twice as many as there should be.
+        /// Whether commas separate the cells and there are twice as many as expected.
         commas: bool,
     },
     #[error(
@@ -197,7 +187,7 @@ pub enum MeasurementError {
     NotANumber {
         place: Place,
         found: String,
-        /// Whether it is the last line and lacks its end.
+        /// Whether it is the last line and has no line end.
         cut: bool,
     },
     #[error("{place}: expected a finite number, found `{found}`; drop the row or pass --read missing=interpolate")]
@@ -206,12 +196,7 @@ pub enum MeasurementError {
         "{place}: expected at most {limit} missing cells in a row with a number before and after, found {found}; cut \
          the record there"
     )]
-    GapTooLong {
-        place: Place,
-        /// Its length, cells.
-        found: usize,
-        limit: usize,
-    },
+    GapTooLong { place: Place, found: usize, limit: usize },
     #[error(
         "{place}: expected a finite number, found `{found}`; the input was overloaded or the export is wrong: record it again"
     )]
@@ -236,7 +221,6 @@ pub enum MeasurementError {
         place: Place,
         /// Mean step, s.
         expected: f64,
-        /// The step found, s.
         found: f64,
         /// Tolerance as a fraction of the step, 1.
         tolerance: f64,
@@ -249,9 +233,8 @@ pub enum MeasurementError {
         place: Place,
         /// Median step, s.
         median: f64,
-        /// The step found, s.
         found: f64,
-        /// The longest that is interpolated across, in median steps.
+        /// Longest step that is interpolated across, in median steps.
         limit: f64,
     },
     #[error(
@@ -270,24 +253,17 @@ pub enum MeasurementError {
         "{}: expected a drive of at least two cycles, found {cycles:.2} at {:.4} kHz; record a longer burst, or \
          correct --drive-frequency", path.display(), frequency / 1e3
     )]
-    DriveTooShort {
-        path: PathBuf,
-        cycles: f64,
-        /// Drive frequency, Hz.
-        frequency: f64,
-    },
+    DriveTooShort { path: PathBuf, cycles: f64, frequency: f64 },
     #[error(
         "{}{line}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
          time, or pass --read force_frequency=true{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
     )]
     FrequencyDisagrees {
         path: PathBuf,
-        /// `:` and the line that states it, where one does.
+        /// `:` and the line that states it, if there is one.
         line: String,
-        /// As stated, Hz.
         stated: f64,
         place: &'static str,
-        /// The strongest line, Hz.
         found: f64,
     },
     #[error(
@@ -295,13 +271,7 @@ pub enum MeasurementError {
          {:.1} kHz; record it faster, or correct the unit of time", path.display(), 4e-3 * frequency, frequency / 1e3,
         sample_rate / 1e3
     )]
-    SampledTooLow {
-        path: PathBuf,
-        /// Sample rate, Hz.
-        sample_rate: f64,
-        /// Drive frequency, Hz.
-        frequency: f64,
-    },
+    SampledTooLow { path: PathBuf, sample_rate: f64, frequency: f64 },
     #[error(
         "{}: expected at most {:.0} % of the samples without a valid signal, found {:.1} % ({found}); record again, or pass --read mask=FROM:TO,… with the \
          stretches to leave out, --read mask=none to use every sample", path.display(), 100.0 * allowed, 100.0 * share

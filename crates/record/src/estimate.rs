@@ -1,4 +1,4 @@
-//! The motion under the noise: what Wiener's gain leaves of a spectrum.
+//! Estimate of the motion under noise: a Wiener filter.
 
 use std::f64::consts::PI;
 
@@ -7,18 +7,17 @@ use realfft::{RealFftPlanner, num_complex::Complex};
 
 use granchain_signal::{NoiseSpectrum, Series};
 
-/// Frequencies over which a spectrum is smoothed before it is compared with the noise, in drive frequencies, to either side.
+/// Half-width over which a spectrum is smoothed before it is compared with the noise, in drive frequencies.
 const SMOOTHED: f64 = 1.0 / 24.0;
-/// Fewest bins to either side.
 const FEWEST_BINS: usize = 3;
-/// σ by which a smoothed bin of noise alone must exceed its mean before anything of it passes.
+/// σ by which a smoothed bin must exceed the mean of noise before the filter opens.
 const STRICT: f64 = 3.0;
-/// Below this fraction of the drive frequency an integral is drift.
+/// Fraction of the drive frequency below which an integral counts as drift.
 pub(super) const DRIFT: f64 = 0.125;
-/// Most values of a remainder's density.
+/// Most values of a residual density.
 const MOST_BINS: usize = 2048;
 
-/// What noise is left in a drive: its one-sided spectral density.
+/// Residual noise in a drive: its one-sided spectral density.
 ///
 /// A realisation is Σ √(2 S(f_k) δf) cos(2πf_k t + φ_k) with random φ_k, or noise of that spectrum made in any other way.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,13 +29,13 @@ pub struct Remainder {
 }
 
 impl Remainder {
-    /// Its rms, m.
     #[must_use]
     pub fn rms(&self) -> f64 {
         (self.density.iter().sum::<f64>() * self.frequency_step).sqrt()
     }
 
-    /// A realisation at the instants of `like`, m; zero at both ends, where a drive rests, over `settle` s.
+    /// A realisation at the instants of `like`, m. It is zero at both ends, where the drive rests, and rises over
+    /// `settle` s.
     #[must_use]
     pub fn realisation(&self, like: &Series, settle: f64, random: &mut impl Rng) -> Series {
         let n = (like.len() + like.len() % 2).max(2);
@@ -76,29 +75,30 @@ impl Remainder {
     }
 }
 
-/// What is known of samples, `step` s apart, that die out towards both ends.
+/// Noisy samples, `step` s apart, that decay towards both ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Noisy<'a> {
     pub values: &'a [f64],
     pub step: f64,
-    /// How many of them are noisy.
+    /// Number of recorded (noisy) samples.
     pub recorded: usize,
     pub sigma: f64,
     /// Band of the noise, Hz: white below, nothing above.
     pub band: f64,
-    /// Its spectrum, where quiet samples of a displacement show a 1/f part.
+    /// Spectrum of the noise, if quiet samples of a displacement show a 1/f part.
     pub spectrum: Option<NoiseSpectrum>,
     pub drive_frequency: f64,
-    /// Whether they are a velocity, of which the displacement is wanted.
+    /// Whether the samples are a velocity, to be integrated to a displacement.
     pub integrated: bool,
 }
 
 impl Noisy<'_> {
-    /// Displacement at the same instants, and what noise is left in it.
+    /// Displacement at the same instants, and the residual noise in it.
     ///
-    /// G(f) = max(0, 1 − κ N(f)/P(f)), P the periodogram |X|² smoothed over f0/24 to either side, N that of the noise, κ = 1 + 3/√(bins smoothed), so
-    /// that bins of noise alone stay closed. A velocity is divided by iω, and freed of what lies below f0/8 (half a cosine from f0/16), which is
-    /// drift. The remainder is N G, of an integral over ω².
+    /// G(f) = max(0, 1 − κ N(f)/P(f)), with P the periodogram |X|² smoothed over f0/24 to either side, N that of the
+    /// noise, and κ = 1 + 3/√(bins smoothed), so that bins of noise alone stay closed. A velocity is divided by iω and
+    /// high-passed at f0/8 (half a cosine from f0/16) to remove drift. The residual density is N G, divided by ω² for
+    /// an integral.
     pub fn estimate(&self) -> (Vec<f64>, Option<Remainder>) {
         let mut work = self.values.to_vec();
         // An even number has a last bin that is real, as the first.
@@ -142,7 +142,7 @@ impl Noisy<'_> {
         (work, (self.sigma > 0.0 || self.spectrum.is_some()).then_some(remainder))
     }
 
-    /// One-sided density of the noise at a frequency (Hz) of bins that far apart, unit²/Hz.
+    /// One-sided density of the noise at a frequency (Hz), unit²/Hz, for bins `bin` apart.
     fn noise(&self, frequency: f64, bin: f64) -> f64 {
         // σ holds what of the 1/f part lies in its band too: rather too much than too little.
         let white = self.sigma.powi(2) / self.band;
@@ -167,7 +167,8 @@ impl Noisy<'_> {
             .collect()
     }
 
-    /// Share of the bins that vary by themselves: samples that were added to the recorded ones make bins, no knowledge.
+    /// Share of statistically independent bins: samples added to the recorded ones increase the number of bins, not
+    /// the information.
     fn independent(&self) -> f64 {
         self.recorded as f64 / self.values.len() as f64
     }

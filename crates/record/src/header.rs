@@ -1,43 +1,41 @@
-//! What comment lines such as `# bandwidth: 1.5 MHz` plainly state.
+//! Values stated in comment lines such as `# bandwidth: 1.5 MHz`.
 
 use super::Sensitivity;
 use granchain_signal::{Dimension, Quantity};
 
-/// Values that a file's comments state about itself.
+/// Values that the comments of a file state.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Stated {
-    /// −6 dB bandwidth of the decoder, Hz.
+    /// −6 dB bandwidth of the vibrometer, Hz.
     pub bandwidth: Option<f64>,
-    /// Delay of the decoder, s.
+    /// Group delay of the vibrometer, s.
     pub delay: Option<f64>,
     /// Instant of the trigger on the file's time axis, s.
     pub trigger: Option<f64>,
     /// Time recorded before the trigger, s.
     pub pretrigger: Option<f64>,
-    /// Drive frequency, Hz.
     pub drive_frequency: Option<f64>,
-    /// Number of shots that the record is the mean of.
+    /// Number of shots averaged in the record.
     pub averages: Option<usize>,
-    /// Sensitivity of the decoder or hydrophone.
+    /// Sensitivity of the vibrometer or hydrophone.
     pub sensitivity: Option<Sensitivity>,
-    /// Comments whose key is known and whose value is not understood.
+    /// Comments with a known key and an unreadable value.
     pub puzzling: Vec<String>,
 }
 
-/// Keys of a sensitivity.
 const SENSITIVITIES: [&str; 5] =
     ["sensitivity", "scale", "hydrophone_sensitivity", "decoder_sensitivity", "vibrometer_sensitivity"];
 
-/// Keys of a number of averages.
+/// Keys for the number of averages.
 const AVERAGES: [&str; 4] = ["averages", "average", "number_of_averages", "average_count"];
 
-/// The quantity without the remark that may follow it: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
+/// The quantity without a remark that follows it: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
 fn plain(text: &str) -> &str {
     text.split([',', ';']).next().unwrap_or_default().split(" (").next().unwrap_or_default().trim()
 }
 
-/// What an instrument's own lines say of an average: `Average Count,16`, or `Type:,average` beside `Count:,16`; `Some(None)` where the number is not among
-/// them.
+/// Averaging stated by the instrument: `Average Count,16`, or `Type:,average` with `Count:,16`; `Some(None)` if the
+/// number is not stated.
 pub(super) fn averaged(statements: &[String]) -> Option<Option<usize>> {
     let pairs = || {
         statements.iter().filter_map(|line| {
@@ -56,7 +54,7 @@ pub(super) fn averaged(statements: &[String]) -> Option<Option<usize>> {
     pairs().any(|(_, value)| is_average(&value)).then(|| count(&|key| key == "count").filter(|count| *count > 1))
 }
 
-/// Read `key: value` or `key = value` comments. The unit stands behind the value or, after an underscore, in the key
+/// Reads `key: value` or `key = value` comments. The unit follows the value or, after an underscore, ends the key
 /// (`bandwidth_hz: 1.5e6`).
 pub(super) fn stated(comments: &[String]) -> Stated {
     let mut stated = Stated::default();
@@ -113,7 +111,7 @@ pub(super) fn stated(comments: &[String]) -> Stated {
     stated
 }
 
-/// Where a text says which drive frequency it was recorded at: the line, from 1, and the frequency, Hz. Only comments (`#`) are looked at.
+/// Line (from 1) and value (Hz) of the drive frequency that a text states. Only comments (`#`) are searched.
 ///
 /// ```
 /// use granchain_record::drive_frequency_line;

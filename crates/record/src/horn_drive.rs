@@ -1,4 +1,4 @@
-//! A horn-tip record as the piston's motion: what it shows, rest before, nothing of its noise that can be told.
+//! Horn-tip record → piston motion: recorded motion with rest before it and separable noise removed.
 //!
 //! ```text
 //! recorded quantity ─ first and last motion ─ continued at both ends ─ low-pass ─ less drift ─ Wiener's gain, [∫dt] ─ from rest to rest
@@ -25,95 +25,94 @@ use granchain_signal::{
     spline::{Ends, Spline},
 };
 
-/// Periods by which a burst is continued beyond either end before it fades; of one that began before the record, longer.
+/// Periods by which a burst is continued beyond either end before it fades.
 const CONTINUED: f64 = 4.0;
-/// Periods over which what was predicted fades.
+/// Periods over which the continuation fades.
 const FADED: f64 = 12.0;
-/// Periods by which a burst is continued before a record that begins inside it, so that the chain has come into its steady answer.
+/// Periods by which a burst is continued before a record that begins inside it, so that the chain reaches its steady
+/// state.
 const LED_IN: f64 = 12.0;
-/// Periods over which it rises.
+/// Periods over which this continuation rises.
 const RISEN: f64 = 8.0;
-/// Part of the periods that are fitted where the lines change too fast, and by how much more than the noise they must miss the samples.
+/// Fraction of the fitted periods that is used if the lines change too fast: if the misfit exceeds the noise by the
+/// factor below.
 const SHORTER: f64 = 0.5;
-/// See [`SHORTER`].
 const MISSED: f64 = 1.5;
-/// Periods over which what the fitted lines leave is reflected at an end.
+/// Periods over which the residual of the fitted lines is reflected at an end.
 const REFLECTED: f64 = 2.0;
-/// Fewest samples a drive period that a drive is given, so that the spline through them is exact.
+/// Fewest samples a drive period in the drive, for an accurate spline.
 const FINEST: f64 = 20.0;
 /// Fewest periods from first to last motion.
 const SHORTEST: f64 = 1.5;
-/// Periods of rest behind the burst that make its end an end.
+/// Periods of rest after the burst that mark its end.
 const RESTED: f64 = 0.25;
-/// Motion at the end of a record, in fractions of the peak, that makes the comparison shorter.
+/// Motion at the end of a record, as a fraction of the peak, from which the comparison is shortened.
 const CUT: f64 = 0.5;
-/// Wander of the mean that is taken for drift, as a fraction of the peak, and in σ.
+/// Range of the running mean that counts as drift, as a fraction of the peak and in σ.
 const WANDER: (f64, f64) = (2e-3, 6.0);
-/// A beginning within this many periods of t = 0 is t = 0, if the motion in between is nothing beside its noise or beside the peak.
+/// A start within this many periods of t = 0 is set to t = 0, if the motion in between is negligible against noise or
+/// peak.
 const NEAR_ZERO: f64 = 0.02;
-/// Motion that is nothing beside the peak, as a fraction of it.
+/// Negligible motion, as a fraction of the peak.
 const UNSEEN: f64 = 0.005;
 
-/// Fewest quiet samples of which an inclination is asked, and how many of its σ it must be.
+/// Fewest quiet samples for the estimate of a slope, and least slope in its σ.
 const FEWEST_INCLINED: usize = 16;
-/// See [`FEWEST_INCLINED`].
 const INCLINED: f64 = 5.0;
 
-/// How a drive begins.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Beginning {
-    /// At rest, seen so before the burst.
+    /// From rest, recorded before the burst.
     Rest,
-    /// With the first sample, or less than a sample before it.
+    /// At the first sample, or less than one sample before it.
     WithBurst,
-    /// Before the record: its first cycles are missing.
+    /// Before the record: the first cycles are missing.
     Inside {
-        /// How many, told from an envelope that still grows; `None` where it does not: at least a part of one.
+        /// Their number, estimated from a growing envelope; `None` if the envelope is steady.
         missing_cycles: Option<f64>,
     },
 }
 
-/// How a drive ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Ending {
-    /// At rest, seen so behind the burst.
+    /// At rest, recorded after the burst.
     Rest,
-    /// Behind the record: what follows is predicted.
+    /// After the record: the continuation is predicted.
     Inside,
 }
 
-/// A horn-tip record, ready to drive.
+/// Piston motion from a horn-tip record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HornDrive {
-    /// Displacement of the piston on the model's clock (m), at rest before its first instant and behind its last; the first value is zero.
+    /// Displacement of the piston on the model's clock (m), at rest before its first instant and after its last; the
+    /// first value is zero.
     pub displacement: Series,
     /// Instant of the record's own axis (t = 0 at the trigger) at the model's time 0, s.
     pub origin: f64,
     /// First motion, model's clock, s; of a record that begins inside the burst its first sample.
     pub begins_at: f64,
-    /// Last instant of motion that was recorded, model's clock, s: what lies behind is rest or predicted.
+    /// Last instant of recorded motion, model's clock, s; later motion is rest or predicted.
     pub recorded_until: f64,
     pub begins: Beginning,
     pub ends: Ending,
-    /// What noise is left in it; `None` where none is known.
+    /// Residual noise; `None` if unknown.
     pub remainder: Option<Remainder>,
     /// Noise of the record, unit of the recorded quantity, rms; 0 if unknown.
     pub noise_rms: f64,
-    /// Step of the converter, unit of the recorded quantity, where it shows.
+    /// Step of the converter, unit of the recorded quantity, if visible.
     pub quantisation_step: Option<f64>,
-    /// Wander of the mean that was taken off, m, from smallest to largest; 0 if none.
+    /// Range of the drift that was removed, m; 0 if none.
     pub drift: f64,
     /// −6 dB point of the low-pass, Hz.
     pub cutoff: f64,
-    /// f0, Hz.
     pub drive_frequency: f64,
     /// Motion over the last period recorded, as a fraction of the peak.
     left_at_end: f64,
 }
 
-/// What is known of the samples.
+/// Recorded samples and their noise.
 #[derive(Debug)]
 pub(super) struct Recorded {
     /// Displacement or velocity about its rest, positive towards the chain, on the record's own axis.
@@ -128,10 +127,10 @@ pub(super) struct Recorded {
     pub cutoff: f64,
 }
 
-/// One end of the burst among the samples, as seen from it inwards.
+/// One end of the burst, seen inwards.
 #[derive(Debug, Clone, Copy)]
 struct End {
-    /// Place, samples from the record's first.
+    /// Position, samples from the record's first.
     place: f64,
     /// Whether the motion is zero there.
     rests: bool,
@@ -225,7 +224,7 @@ impl Recorded {
         Some(self.between_rests(&extended, (from, begin, end), (begins, ends), remainder, drift))
     }
 
-    /// On the model's clock: from zero where motion begins to zero where it ends.
+    /// Onto the model's clock, from the zero at which motion begins to the zero at which it ends.
     fn between_rests(
         &self,
         extended: &Series,
@@ -306,7 +305,8 @@ impl Recorded {
         }
     }
 
-    /// Level and slope (a sample) of the quiet samples, where hum or drift inclines them more than their noise can; σ is then that about the line.
+    /// Level and slope (per sample) of the quiet samples, if the slope exceeds their noise because of hum or drift; σ
+    /// is then taken about that line.
     fn trend(&mut self) -> Option<(f64, f64)> {
         let quiet = self.series.values.get(..self.quiet).filter(|quiet| quiet.len() >= FEWEST_INCLINED)?;
         let n = quiet.len() as f64;
@@ -324,19 +324,19 @@ impl Recorded {
         Some((mean - slope * middle, slope))
     }
 
-    /// The noise of a displacement, where its quiet samples show a 1/f part.
+    /// Noise spectrum of a displacement, if its quiet samples show a 1/f part.
     fn spectrum(&self) -> Option<NoiseSpectrum> {
         let quiet = self.series.values.get(..self.quiet).filter(|_| !self.integrated)?;
         NoiseSpectrum::of(quiet, self.series.step).filter(|spectrum| spectrum.flicker > 0.0)
     }
 
-    /// σ as it shows in a displacement, m.
+    /// Noise expressed as a displacement, rms, m.
     fn displacement_noise(&self) -> f64 {
         if self.integrated { self.sigma / (2.0 * PI * self.drive_frequency) } else { self.sigma }
     }
 
-    /// Cycles before the first sample, from the amplitudes of the first six periods where they grow beyond their noise: under A(1 − e^(−t/τ)), or
-    /// along a line where the growth does not slow down.
+    /// Cycles before the first sample, from the amplitudes of the first six periods if they grow beyond their noise:
+    /// by A(1 − e^(−t/τ)), or by a line if the growth does not slow down.
     fn missing_cycles(&self, period: f64) -> Option<f64> {
         let whole = period.round() as usize;
         let amplitude = |k: usize| {
@@ -367,7 +367,7 @@ impl Recorded {
 }
 
 impl HornDrive {
-    /// What was done with the record, in words.
+    /// Description of how the record was processed.
     #[must_use]
     pub fn statement(&self) -> String {
         let begins = match self.begins {
@@ -391,7 +391,7 @@ impl HornDrive {
             )
         };
         let left = match &self.remainder {
-            Some(remainder) => format!("; noise that cannot be told from motion: {:.3} nm rms", 1e9 * remainder.rms()),
+            Some(remainder) => format!("; residual noise: {:.3} nm rms", 1e9 * remainder.rms()),
             None => String::new(),
         };
         let drift =
@@ -402,7 +402,7 @@ impl HornDrive {
         )
     }
 
-    /// What of the record is missing and what that spoils, in words; empty where nothing is.
+    /// Warnings about missing parts of the record and their consequences; empty if nothing is missing.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -428,8 +428,8 @@ impl HornDrive {
     }
 }
 
-/// What lies beyond one end of `burst`, in the order of time: `flat` samples of its continuation and `fade` over which it fades. The edge lies
-/// `offset` samples beyond the outermost sample.
+/// Samples beyond one end of `burst` in the order of time: `flat` samples of continuation, then `fade` samples that
+/// fade. The edge lies `offset` samples beyond the outermost sample.
 fn continued(
     burst: &[f64],
     (offset, rests): (f64, bool),
@@ -474,7 +474,8 @@ fn continued(
     values
 }
 
-/// Take the wander of the mean over eight periods off, if it is one; how much it is. Its own mean stays: that is what the baseline was chosen for.
+/// Removes drift, the running mean over eight periods, if it is significant, and returns its range. The overall mean
+/// stays, since the baseline was chosen for it.
 fn take_drift(extended: &mut Series, burst: std::ops::Range<usize>, period: f64, sigma: f64) -> f64 {
     let less = super::baseline::without_drift(extended, 1.0 / period);
     let peak = extended.peak();

@@ -1,7 +1,8 @@
-//! What the lab recorded: the one reader of tables and universal files, records of horn tip, vibrometer and hydrophone, published features.
+//! Laboratory records: reader of tables and universal files, records of horn tip, vibrometer and hydrophone, published
+//! features.
 //!
 //! ```text
-//! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the decoder's delay ─ Record
+//! file ─ text ─ dialect ─ columns ─ even grid ─ sign, baseline ─ [integration] ─ t = 0 at the trigger, less the vibrometer's delay ─ Record
 //! ```
 //!
 //! Everything that was assumed on the way is written down in [`Record::assumptions`]; everything that looks wrong but can be

@@ -7,10 +7,11 @@ use realfft::RealFftPlanner;
 use super::baseline::median;
 use granchain_signal::Series;
 
-/// Up to this many samples are padded to four times their number; beyond, memory counts and quarters of a bin are summed one by one.
+/// Up to this length samples are padded to four times their number; longer records are summed at quarters of a bin
+/// instead, to save memory.
 const PADDED: usize = 1 << 14;
 
-/// Samples that are looked at, in the middle of more: their bins are fine enough.
+/// Most samples evaluated, from the middle of the record.
 const MOST: usize = 1 << 16;
 
 /// Frequency (Hz) of the strongest line, refined between the bins.

@@ -1,9 +1,10 @@
-//! Samples that show no motion: a vibrometer's signal lost for a moment, spikes, and what the trigger leaves before anything moves.
+//! Samples that show no motion: signal drop-outs of a vibrometer, spikes, and trigger spikes before the motion.
 //!
-//! Motion of a driven chain has next to nothing above some twelve times the drive frequency; an instrument that fails jumps from one sample to the
-//! next. So what lies above that band is compared with what the record's own impulses leave there, and an excess is masked if a short stretch explains
-//! all of it: a few samples (a spike), or neighbouring samples that all stand at one level (the signal was lost). Impulses are not masked: they repeat,
-//! and no stretch that short explains one.
+//! Motion of a driven chain has almost no content above twelve times the drive frequency, whereas a failing instrument
+//! jumps from one sample to the next. So the content above that band is compared with its typical value at the
+//! record's own impulses. An excess is masked if a short stretch explains all of it: a few samples (a spike), or
+//! neighbouring samples at one level (a drop-out). Impulses are not masked: they repeat, and no stretch that short
+//! explains them.
 
 use std::{ops::Range, str::FromStr};
 
@@ -13,21 +14,20 @@ use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series,
 
 use super::baseline::median;
 
-/// Why samples are masked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MaskReason {
-    /// The signal was lost: it stays at one level, with a jump at either end.
+    /// Drop-out: the signal stays at one level, with a jump at either end.
     SignalLost,
-    /// A few samples that no motion reaches.
+    /// A few samples that no motion can reach.
     Spike,
-    /// A spike before anything moves, as a trigger makes.
+    /// A spike before the motion, caused by the trigger.
     TriggerSpike,
     Stated,
 }
 
 impl MaskReason {
-    /// In words, one and several.
+    /// Singular and plural in messages.
     #[must_use]
     pub fn words(self) -> [&'static str; 2] {
         match self {
@@ -39,31 +39,29 @@ impl MaskReason {
     }
 }
 
-/// A masked stretch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Masked {
-    /// Where, on the clock of the record's series.
+    /// Position on the clock of the record's series.
     #[serde(flatten)]
     pub gap: Gap,
     pub samples: usize,
     pub reason: MaskReason,
 }
 
-/// Which samples are masked.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Masking {
     #[default]
     Auto,
     None,
-    /// Those in these stretches, s on the file's own time axis, and no others.
+    /// Exactly these stretches, s on the file's own time axis.
     Stretches(Vec<[f64; 2]>),
 }
 
-/// Least width of the edges that are masked with a stretch, samples and periods of the drive.
+/// Least margin masked on either side of a stretch, samples and drive periods.
 const EDGE: (usize, f64) = (2, 0.03);
 
-/// Shortest stretch between two masked ones that is not masked with them, periods of the drive.
+/// Shortest unmasked stretch between two masked ones, drive periods.
 const ISLAND: f64 = 0.15;
 
 /// Why a mask cannot be used.
@@ -97,10 +95,10 @@ impl FromStr for Masking {
     }
 }
 
-/// Most stretches that are listed by their instants.
+/// Most stretches listed with their instants.
 const LISTED: usize = 12;
 
-/// What is masked, in words: how many of each kind, and where.
+/// Description of the masked samples: number of each kind, and where.
 #[must_use]
 pub(super) fn in_words(masked: &[Masked]) -> String {
     let mut kinds: Vec<MaskReason> = masked.iter().map(|masked| masked.reason).collect();
@@ -128,42 +126,41 @@ pub(super) const MOST: f64 = 0.1;
 
 /// Highest frequency of motion, in drive frequencies.
 const BAND: f64 = 12.0;
-/// The same as a fraction of the sample rate, at most.
+/// Upper limit of that band, as a fraction of the sample rate.
 const HIGHEST: f64 = 0.36;
-/// Fewest samples a drive period that tell a spike from an impulse.
+/// Fewest samples a drive period that distinguish a spike from an impulse.
 const FEWEST: f64 = 20.0;
-/// Excess over the typical impulse from which samples are looked at, and the same over the peak.
+/// Excess from which samples are examined, over the typical impulse and over the peak.
 const EXCESS: (f64, f64) = (4.0, 0.015);
-/// What a mask may leave of an excess, over what is typical, and over what was there.
+/// Excess that may remain after masking, over the typical impulse and over the excess before.
 const LEFT: (f64, f64) = (2.5, 0.2);
 /// Largest of three periods over the deviation, below which it is that of noise.
 const NOISE: f64 = 5.0;
-/// Excess over the deviation of such noise from which samples are looked at.
+/// Excess over the deviation of such noise from which samples are examined.
 const NOISIEST: f64 = 7.0;
 /// Longest spike, drive periods.
 const SPIKE: f64 = 0.04;
-/// Longest stretch in which a signal is lost, drive periods.
+/// Longest drop-out, drive periods.
 const LOST: f64 = 2.0;
-/// Most samples that are searched.
+/// Most samples searched.
 const MOST_SAMPLES: usize = 1 << 16;
-/// Spikes that do not count where the largest extreme of a long record is sought.
+/// Most spikes ignored when the largest extreme of a long record is sought.
 const FEW_SPIKES: usize = 12;
-/// Most stretches.
 const MOST_STRETCHES: usize = 100;
-/// A sample that moves, over the robust peak.
+/// Motion, over the robust peak.
 const MOVES: f64 = 0.1;
-/// Periods before the first motion that are not looked at for spikes of the trigger: motion may begin slowly.
+/// Periods before the first motion that are not searched for trigger spikes: motion may begin slowly.
 const CLEAR: f64 = 2.0;
-/// Distance of a trigger's spike from rest, over the robust deviation there, and over the peak.
+/// Least distance of a trigger spike from rest, over the robust deviation there and over the peak.
 const LEAPS: (f64, f64) = (8.0, 0.03);
-/// Difference between a period and those around it, over the peak, up to which a motion is regular: of 95 of 100 samples.
+/// Largest difference between a period and its neighbours in regular motion, over the peak, for 95 of 100 samples.
 const REGULAR: f64 = 0.35;
-/// The same from which a stretch is unlike its neighbours, over that of 95 of 100 samples, and over the peak.
+/// Least difference of a drop-out from its neighbours, over that of 95 of 100 samples and over the peak.
 const UNLIKE: (f64, f64) = (2.0, 0.04);
-/// Longest spike of a trigger, drive periods.
+/// Longest trigger spike, drive periods.
 const TRIGGER: f64 = 0.1;
 
-/// The stretches of a record that a user states.
+/// Stretches that the user states.
 pub(super) fn stated(series: &Series, stretches: &[[f64; 2]]) -> Vec<(Range<usize>, MaskReason)> {
     let inside = |[from, to]: &[f64; 2]| {
         let index = |t: f64| (((t - series.start) / series.step).max(0.0)) as usize;
@@ -195,7 +192,8 @@ pub(super) fn apply(series: &mut Series, found: &[(Range<usize>, MaskReason)]) -
     masked
 }
 
-/// The stretches of a record that show no motion, `frequency` (Hz) being that of the drive, which is recorded itself where it is `of_horn`. None where too few samples a period tell.
+/// Stretches of a record that show no motion. `frequency` (Hz) is that of the drive; `of_horn`: the record is of the
+/// horn itself. Empty if there are too few samples a period.
 pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range<usize>, MaskReason)> {
     let period = 1.0 / (frequency * series.step);
     let count = series.len();
@@ -256,7 +254,7 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
         }
     }
     found.extend(search(highest).unlike_neighbours(&repaired));
-    // A decoder takes some samples to lose its signal and to find it again.
+    // A vibrometer takes some samples to lose its signal and to find it again.
     let edge = usize::max(EDGE.0, (EDGE.1 * period).round() as usize);
     for (samples, _) in found.iter_mut().filter(|(_, reason)| *reason != MaskReason::TriggerSpike) {
         *samples = samples.start.saturating_sub(edge)..(samples.end + edge).min(count);
@@ -265,8 +263,8 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
     merged(found, (ISLAND * period).ceil() as usize - 1)
 }
 
-/// The samples about the motion of a long record: all half periods with a tenth of the largest extreme but for a few spikes, and twenty periods before
-/// and behind them.
+/// Samples around the motion of a long record: all half periods that reach a tenth of the largest extreme (a few
+/// spikes excepted), and twenty periods before and after them.
 fn moving(series: &Series, period: f64) -> Option<Range<usize>> {
     let block = (0.5 * period).round() as usize;
     let rest = median(&series.values[..usize::max(16, block / 2).min(series.len())]);
@@ -282,7 +280,7 @@ fn moving(series: &Series, period: f64) -> Option<Range<usize>> {
     Some(first.saturating_sub(40) * block..((last + 40) * block).min(series.len()))
 }
 
-/// Stretches in order; those with at most `apart` samples between them are made one.
+/// Sorted stretches; those at most `apart` samples apart are merged.
 fn merged(mut found: Vec<(Range<usize>, MaskReason)>, apart: usize) -> Vec<(Range<usize>, MaskReason)> {
     found.sort_by_key(|(samples, _)| samples.start);
     let mut all: Vec<(Range<usize>, MaskReason)> = Vec::new();
@@ -298,17 +296,17 @@ fn merged(mut found: Vec<(Range<usize>, MaskReason)>, apart: usize) -> Vec<(Rang
     all
 }
 
-/// σ of normal samples about a level, by their median distance from it.
+/// σ of normally distributed samples about a level, from their median distance.
 fn deviation(values: &[f64], level: f64) -> f64 {
     1.4826 * median(&values.iter().map(|x| (x - level).abs()).collect::<Vec<_>>())
 }
 
-/// σ of normal samples, by the median of their first differences.
+/// σ of normally distributed samples, from the median of their first differences.
 fn from_differences(values: &[f64]) -> f64 {
     median(&values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>()) / 0.954
 }
 
-/// Short excursions from rest, well before anything moves.
+/// Short excursions from rest before the motion.
 fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -> Vec<(Range<usize>, MaskReason)> {
     let until = first_motion.saturating_sub((CLEAR * period) as usize);
     let quiet = &series.values[..until];
@@ -338,10 +336,8 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
     found
 }
 
-/// What a search goes by.
 struct Search {
     period: f64,
-    /// Hz.
     cutoff: f64,
     block: usize,
     first_motion: usize,
@@ -351,8 +347,8 @@ struct Search {
 }
 
 impl Search {
-    /// The samples that are searched: all but those at the ends. The motion of a horn, and of a record that begins inside it, may begin with a jump of its
-    /// own: there from the motion's second period on.
+    /// Samples to search: all but the ends. The motion of a horn, and of a record that begins inside it, may begin
+    /// with a jump; there the search starts with the second period of motion.
     fn motion(&self, count: usize) -> Range<usize> {
         let period = self.period as usize;
         let at_rest = self.first_motion as f64 >= (CLEAR + 1.0) * self.period;
@@ -362,13 +358,13 @@ impl Search {
         begins..end.saturating_sub(period)
     }
 
-    /// What lies above the band of motion.
+    /// Content above the band of motion.
     fn above(&self, series: &Series) -> Vec<f64> {
         let low = LowPass::new(series.step, series.len(), self.cutoff).apply(&series.values);
         series.values.iter().zip(low).map(|(value, low)| value - low).collect()
     }
 
-    /// The stretches that explain the largest excesses, each at least its period from the other; `None` where there are none.
+    /// Stretches that explain the largest excesses, at least a period apart; `None` if there are none.
     fn next(&self, series: &Series, known: &[(Range<usize>, MaskReason)]) -> Option<Vec<(Range<usize>, MaskReason)>> {
         let above = self.above(series);
         let mut tops: Vec<(f64, usize)> = above
@@ -413,7 +409,7 @@ impl Search {
         (!found.is_empty()).then_some(found)
     }
 
-    /// The shortest stretch about sample `at` without which nothing of the excess `top` there is left.
+    /// The shortest stretch about sample `at` that explains the excess `top`.
     fn explained(
         &self,
         series: &Series,
@@ -470,7 +466,8 @@ impl Search {
         Some((samples.start + from..samples.end + from, reason))
     }
 
-    /// Stretches at rest where the same instants of the periods around are not: a signal that is lost without a jump shows in a regular motion only.
+    /// Stretches at rest while neighbouring periods move at the same phase: a drop-out without a jump is visible in
+    /// regular motion only.
     fn unlike_neighbours(&self, series: &Series) -> Vec<(Range<usize>, MaskReason)> {
         let values = &series.values;
         let count = values.len() as isize;
@@ -534,7 +531,7 @@ impl Search {
         found
     }
 
-    /// σ of the samples at rest, or of all by their differences.
+    /// σ of the samples at rest, or of all samples by their differences.
     fn noise(&self, values: &[f64]) -> f64 {
         let quiet = &values[..self.first_motion.saturating_sub((CLEAR * self.period) as usize)];
         if quiet.len() >= 32 {
@@ -543,7 +540,7 @@ impl Search {
         from_differences(values)
     }
 
-    /// Stretches of samples at one level that begin or end next to `at`; what is masked already may stand in them.
+    /// Stretches at one level that begin or end next to `at`; they may include samples already masked.
     fn flat(&self, local: &Series, at: usize, is_known: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
         let values = &local.values;
         let beside = (0.01 * self.period).ceil() as usize + 1;

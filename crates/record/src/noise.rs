@@ -1,4 +1,4 @@
-//! How much of a record is noise, and how that is known.
+//! Noise of a record, and how it was estimated.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -7,22 +7,21 @@ use realfft::RealFftPlanner;
 use super::baseline::FEWEST_QUIET;
 use granchain_signal::{Series, mean_and_rms};
 
-/// What a record's noise was told from.
+/// Source of a noise estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
     /// The quiet samples at the start.
     Quiet,
-    /// The converter's step, as step/√12: more than the quiet samples show, or there are none.
+    /// The converter's step, as step/√12: larger than the quiet samples show, or there are none.
     Quantisation,
-    /// The floor of the spectrum at the top of the decoder's band, where no samples are quiet.
+    /// The floor of the spectrum near the upper end of the vibrometer's band: there are no quiet samples.
     SpectrumFloor,
-    /// Nothing: it is taken as none.
+    /// None: the noise is taken as zero.
     Unknown,
 }
 
 impl NoiseSource {
-    /// In words.
     #[must_use]
     pub fn describe(self) -> &'static str {
         match self {
@@ -34,17 +33,17 @@ impl NoiseSource {
     }
 }
 
-/// Samples whose spectrum is looked at, in the middle of more.
+/// Most samples evaluated, from the middle of the record.
 const MOST: usize = 1 << 15;
-/// The band that holds the floor, as fractions of what the decoder passes.
+/// Band of the floor, as fractions of the vibrometer's bandwidth.
 const FLOOR_BAND: (f64, f64) = (0.6, 0.9);
 /// A floor below this fraction of the peak is rounding.
 const ROUNDING: f64 = 1e-6;
 /// A floor above this fraction of the peak is motion that was sampled too slowly, not noise.
 const HIGHEST_FLOOR: f64 = 0.02;
 
-/// Noise of the recorded quantity, its own unit, rms: the greater of the rms of `quiet` samples at the start and step/√12; where none are quiet,
-/// of the spectrum's floor and step/√12.
+/// Noise of the recorded quantity, its own unit, rms: the larger of step/√12 and the rms of `quiet` samples at the
+/// start; without quiet samples, the larger of step/√12 and the spectrum's floor.
 pub(super) fn noise(raw: &Series, quiet: usize, step: Option<f64>, bandwidth: Option<f64>) -> (f64, NoiseSource) {
     let rounding = step.map_or(0.0, |step| step / 12f64.sqrt());
     let (rms, source) = if quiet >= FEWEST_QUIET {
@@ -62,13 +61,14 @@ pub(super) fn noise(raw: &Series, quiet: usize, step: Option<f64>, bandwidth: Op
     if rounding > rms { (rounding, NoiseSource::Quantisation) } else { (rms, source) }
 }
 
-/// Band of white noise under a decoder, Hz.
+/// Band of white noise of a vibrometer, Hz.
 pub(super) fn noise_band(sample_rate: f64, bandwidth: Option<f64>) -> f64 {
     bandwidth.map_or(0.5 * sample_rate, |bandwidth| bandwidth.min(0.5 * sample_rate))
 }
 
-/// Rms of white noise whose density is the median of the periodogram (Hann window) between 0.6 and 0.9 of the decoder's band, over ln 2, as the
-/// periodogram of noise is exponentially distributed; lines do not move a median.
+/// Rms of white noise. Its density is the median of the periodogram (Hann window) between 0.6 and 0.9 of the
+/// vibrometer's band, over ln 2, since the periodogram of noise is exponentially distributed. Lines do not move a
+/// median.
 fn floor(raw: &Series, bandwidth: Option<f64>) -> Option<f64> {
     let beside = raw.len().saturating_sub(MOST) / 2;
     let values = raw.values.get(beside..raw.len() - beside)?;
@@ -109,7 +109,7 @@ fn floor(raw: &Series, bandwidth: Option<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Evenly distributed noise of rms 1, the same every time.
+    /// Uniform noise of rms 1 from a fixed seed.
     fn even(seed: &mut u64) -> f64 {
         *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()

@@ -1,4 +1,4 @@
-//! What was assumed on reading and what looks wrong, in words.
+//! Assumptions and warnings of reading, as text.
 
 use std::path::Path;
 
@@ -22,21 +22,23 @@ pub(super) fn to_three_figures(value: f64, dimension: Dimension) -> Quantity {
     Quantity::new(format!("{value:.2e}").parse().unwrap_or(value), dimension)
 }
 
-/// Peak, as a fraction of full scale, from which overload is suspected.
+/// Peak from which overload is suspected, as a fraction of full scale.
 const NEAR_FULL_SCALE: f64 = 0.98;
-/// Peak, as a fraction of full scale, below which the resolution is.
+/// Peak below which poor resolution is suspected, as a fraction of full scale.
 const NEAR_NOTHING: f64 = 0.02;
 
-/// Noise of a horn tip, as a fraction of its peak, that shows in what the chain answers: 1 nm of 1 µm moves peaks by some per cent.
+/// Noise of a horn tip that affects the chain's response, as a fraction of its peak: 1 nm of 1 µm changes peaks by
+/// some per cent.
 const LOUD_NOISE: f64 = 0.003;
-/// Noise of a record over its peak up to which intervals were tested.
+/// Largest noise of a record, over its peak, for which intervals were tested.
 const TESTED_NOISE: f64 = 0.05;
-/// Wander of a vibration's middle, as a fraction of its peak, that is no rounding of a period to whole samples.
+/// Range of a vibration's running mean, as a fraction of its peak, that rounding a period to whole samples cannot
+/// explain.
 const LARGE_DRIFT: f64 = 0.1;
-/// Way that a bead itself may move on within a few periods as it is pushed into its support, m.
+/// Distance by which a bead may move within a few periods as it is pushed into its support, m.
 const MOVES_ON: f64 = 2.5e-7;
 
-/// How the file is written, on one line.
+/// File format on one line.
 pub(super) fn written(table: &Table) -> String {
     match &table.form {
         Form::Text(form) => {
@@ -65,13 +67,13 @@ impl Notes {
         self.warnings.push(text);
     }
 
-    /// Note a time and where it comes from; the time itself.
+    /// Records a time and its source, and returns the time.
     pub(super) fn take(&mut self, what: &str, time: f64, from: &str) -> f64 {
         self.assume(format!("{what} {:.6} µs ({from})", time * 1e6));
         time
     }
 
-    /// Values that hardly anything on such a bench has.
+    /// Values that are implausible on such a bench.
     pub(super) fn about_plausibility(&mut self, dimension: Dimension, peak: f64) {
         let (limit, least) = match dimension {
             Dimension::LENGTH => (2e-4, "a horn's tip moves by micrometres"),
@@ -102,7 +104,7 @@ impl Notes {
             self.assume(format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor));
             if options.range.is_none() && scale.dimension() != Dimension::PRESSURE {
                 self.assume(
-                    "the decoder's full-scale value is not stated (range): overload shows as flat peaks only".into(),
+                    "the instrument's full-scale value is not stated (range): overload shows as flat peaks only".into(),
                 );
             }
         }
@@ -134,7 +136,7 @@ impl Notes {
         let Dialect { delimiter, decimal } = form.dialect;
         if form.dialect != Dialect::default() {
             let told = match (options.delimiter, options.decimal) {
-                (None, None) => "told from the first rows",
+                (None, None) => "taken from the first rows",
                 (Some(_), None) => "delimiter, and the first rows",
                 (None, Some(_)) => "the first rows, and decimal",
                 (Some(_), Some(_)) => "delimiter, decimal",
@@ -179,7 +181,7 @@ impl Notes {
         }
     }
 
-    /// What reaches the decoder's full-scale value.
+    /// Samples that reach the vibrometer's full-scale value.
     pub(super) fn about_range(
         &mut self,
         path: &Path,
@@ -196,13 +198,13 @@ impl Notes {
         };
         let share = raw.peak() / full;
         let shown = Quantity::new(full, motion);
-        let said = format!("the record's peak is {:.0} % of the decoder's range ({shown})", 100.0 * share);
+        let said = format!("the record's peak is {:.0} % of the instrument's range ({shown})", 100.0 * share);
         if share >= NEAR_FULL_SCALE {
             self.warn(format!(
                 "{said}: it was overloaded or nearly so, and peaks may be too small; record with a larger range"
             ));
         } else if share < NEAR_NOTHING {
-            self.warn(format!("{said}: the resolution of the decoder may show; record with a smaller range"));
+            self.warn(format!("{said}: the resolution of the instrument may show; record with a smaller range"));
         } else {
             self.assume(format!("{said} (range)"));
         }
@@ -211,10 +213,11 @@ impl Notes {
 
     /// Signs that the instrument wrote fewer samples than it took.
     ///
-    /// - the preamble states a shorter interval (or a longer one, which contradicts the rows), or another number of samples;
-    /// - nearly every sample is an extreme: of each stretch the largest and the smallest value were kept. Noise turns at
-    ///   two samples out of three, a tone with four or more samples a cycle at every second;
-    /// - the decoder passes more than half the sample rate.
+    /// - The preamble states a shorter interval (or a longer one, which contradicts the rows), or another number of
+    ///   samples.
+    /// - Nearly every sample is an extreme: the largest and the smallest value of each stretch were kept. Noise turns
+    ///   at two samples out of three, a tone with four or more samples a cycle at every second.
+    /// - The vibrometer's bandwidth exceeds half the sample rate.
     pub(super) fn about_decimation(&mut self, raw: &Series, table: &Table, bandwidth: Option<f64>) {
         let resolve =
             "what lies above half the sample rate is folded down and short peaks are lost; export all samples";
@@ -249,7 +252,7 @@ impl Notes {
         }
         if let Some(bandwidth) = bandwidth.filter(|bandwidth| *bandwidth > 0.5 * raw.sample_rate()) {
             self.warn(format!(
-                "the decoder passes {}, more than half the sample rate of {}: sampled too slowly or thinned out by the \
+                "the instrument's bandwidth is {}, more than half the sample rate of {}: sampled too slowly or thinned out by the \
                  instrument, so {resolve}",
                 hertz(bandwidth),
                 hertz(raw.sample_rate())
@@ -257,7 +260,7 @@ impl Notes {
         }
     }
 
-    /// How much of what was recorded is noise, and what that was told from.
+    /// Noise of the recorded quantity and its source.
     pub(super) fn about_noise_source(
         &mut self,
         recorded: RecordedQuantity,
@@ -282,21 +285,21 @@ impl Notes {
         }
     }
 
-    /// Sensor noise of a horn tip, which shakes the piston like a motion.
+    /// Sensor noise of a horn tip, which drives the model like a motion.
     pub(super) fn about_noise(&mut self, displacement: &Series, noise_rms: f64) {
         let peak = displacement.peak();
         if noise_rms > LOUD_NOISE * peak {
             self.warn(format!(
                 "noise of {} rms before the trigger, {:.2} % of the peak: the piston shakes the chain with it, and peaks and fits scatter \
-                 accordingly; average several records, or use a decoder of less bandwidth",
+                 accordingly; average several records, or reduce the instrument's bandwidth",
                 Quantity::new(format!("{noise_rms:.2e}").parse().unwrap_or(noise_rms), Dimension::LENGTH),
                 100.0 * noise_rms / peak
             ));
         }
     }
 
-    /// A vibration whose middle moves: its mean over a drive period (f0, Hz) of a horn, over twelve of a bead or a pressure, which may have lines at
-    /// f0/2, f0/3, f0/4 and f0/6.
+    /// Drift of a vibration: its running mean over a drive period (f0, Hz) for a horn, over twelve for a bead or a
+    /// pressure, which may have lines at f0/2, f0/3, f0/4 and f0/6.
     pub(super) fn about_drift(&mut self, displacement: &Series, drive_frequency: f64, kind: RecordKind) {
         // A burst that begins or ends moves the mean of five periods by 0.06 of its peak at most.
         let periods = if kind == RecordKind::HornTip { 5.0 } else { 12.0 };
@@ -312,11 +315,11 @@ impl Notes {
             let (what, remedy) = match kind {
                 RecordKind::HornTip => (
                     "a drift or step drives the chain as a motion of the horn would",
-                    "couple the decoder to AC, or record the velocity",
+                    "AC-couple the instrument, or record the velocity",
                 ),
                 RecordKind::Vibrometer | RecordKind::Hydrophone => (
                     "hum or a drift adds to its peaks and early features",
-                    "couple the decoder to AC, or find the ground loop",
+                    "AC-couple the instrument, or find the ground loop",
                 ),
             };
             self.warn(format!(
@@ -327,21 +330,20 @@ impl Notes {
         }
     }
 
-    /// Noise of a bead or a pressure beyond what intervals were tested with.
+    /// Noise of a bead or a pressure above the level for which intervals were tested.
     pub(super) fn about_loud_noise(&mut self, series: &Series, noise_rms: f64) {
         let share = noise_rms / series.peak();
         if share > TESTED_NOISE {
             self.warn(format!(
                 "noise of {:.0} % of the peak: intervals were tested with up to {:.0} %, and the smallest features drown in it; average several \
-                 shots, or use a decoder of less bandwidth",
+                 shots, or reduce the instrument's bandwidth",
                 100.0 * share,
                 100.0 * TESTED_NOISE
             ));
         }
     }
 
-    /// Runs of one extreme value that are entered by a jump: where the input was clipped, below and above, unit of the samples.
-    /// What was masked, if anything; `stated` by the user it is no warning.
+    /// Masked samples, if any; a mask that the user stated is no warning.
     pub(super) fn about_mask(&mut self, masked: &[Masked]) {
         if masked.is_empty() {
             return;

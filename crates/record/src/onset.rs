@@ -1,43 +1,40 @@
-//! Where motion begins in a record: the first departure from rest, traced back to the zero crossing that it left from.
+//! Start of the motion in a record: the first departure from rest, traced back to its zero crossing.
 
 use std::f64::consts::PI;
 
 use super::continuation::Continuation;
 
-/// Departures from rest, in σ of the noise.
+/// Departure from rest, in σ of the noise.
 const DEPARTED: f64 = 4.5;
-/// Smallest departure, as a fraction of the peak: rounding of decimals stays below.
+/// Smallest departure, as a fraction of the peak: larger than the rounding of decimals.
 const SMALLEST: f64 = 1e-4;
 /// A first sample beyond this many σ, and beyond [`MOVING`] of the peak, moves.
 const SIGMAS: f64 = 3.0;
-/// See [`SIGMAS`].
 const MOVING: f64 = 0.01;
-/// A velocity jumps where its first departure exceeds this fraction of what follows within a period.
+/// A velocity starts with a jump if its first departure exceeds this fraction of the maximum within a period.
 const JUMP: f64 = 0.3;
 /// Half periods count as motion beyond this many of their own σ.
 const HALF_PERIOD: f64 = 3.5;
 /// Periods fitted at an edge.
 pub(super) const FITTED_PERIODS: f64 = 3.0;
 
-/// Where motion begins, read from the first sample on; places in samples, which may lie between them.
+/// Start of the motion; positions in samples, possibly fractional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Onset {
     Rest(f64),
-    /// With the first sample, or less than a sample before it.
+    /// At the first sample, or less than one sample before it.
     AtFirst(f64),
     Before,
 }
 
-/// What is looked at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search<'a> {
-    /// The recorded quantity about its rest.
+    /// Recorded quantity about its rest.
     pub values: &'a [f64],
-    /// Noise, rms.
     pub sigma: f64,
     /// Drive period, samples.
     pub period: f64,
-    /// Whether a motion may begin with a jump of what was recorded: a velocity.
+    /// Whether motion may begin with a jump: of a velocity.
     pub jumps: bool,
 }
 
@@ -116,7 +113,7 @@ impl Search<'_> {
         })
     }
 
-    /// The lines of the periods from sample `first`, which lies `offset` samples inside the edge.
+    /// Lines fitted to the periods from sample `first`, which lies `offset` samples inside the edge.
     pub fn lines(&self, first: usize, offset: f64) -> Option<Continuation> {
         let reach = ((FITTED_PERIODS * self.period).ceil() as usize).min(self.values.len().saturating_sub(first));
         Continuation::fit(|i| self.values[first + i], reach, offset, self.period)

@@ -1,10 +1,9 @@
-//! How a record is to be read, where the file does not say it.
+//! Reading options for what a file does not state.
 
 use granchain_signal::Quantity;
 
 use super::{DecimalSign, Delimiter, Masking, Sensitivity, choice::choice};
 
-/// What was recorded where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordKind {
@@ -29,7 +28,7 @@ impl RecordKind {
 }
 
 choice! {
-    /// Which offset is taken off the recorded quantity.
+    /// Offset that is subtracted from the recorded quantity.
     pub enum Baseline {
         /// The pre-trigger mean if there are at least 8 quiet samples, else none
         #[default]
@@ -46,7 +45,7 @@ choice! {
 }
 
 choice! {
-    /// What is done about cells such as `n/a`.
+    /// Treatment of cells such as `n/a`.
     pub enum Missing {
         /// They are refused
         #[default]
@@ -56,53 +55,55 @@ choice! {
     }
 }
 
-/// How a record is to be read. Whatever is `None` is taken from the file's header, or from a stated assumption.
+/// Reading options. `None` takes the value from the file's header or from a stated assumption.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReadOptions {
     /// Column of time, by its header (or the name part of it) or by its number from 1.
     pub time_column: Option<String>,
-    /// Column of the recorded quantity, likewise.
+    /// Column of the recorded quantity, by its header, name or number.
     pub column: Option<String>,
     /// Unit of time, such as `us`; overrides the file.
     pub time_unit: Option<String>,
     /// Unit of the recorded quantity, such as `mm/s`; overrides the file.
     pub unit: Option<String>,
     pub baseline: Baseline,
-    /// Whether the sign is turned, for a head that looks the other way. Positive is from piston to support.
+    /// Whether the sign is inverted, for a vibrometer head that faces the other way. Positive is from piston to
+    /// support.
     pub invert: bool,
-    /// −6 dB bandwidth of the decoder, Hz.
+    /// −6 dB bandwidth of the vibrometer, Hz.
     pub bandwidth: Option<f64>,
-    /// Delay of the decoder, s: the record shows the motion that much later.
+    /// Group delay of the vibrometer, s: the record lags the motion by it.
     pub delay: Option<f64>,
     /// Instant of the trigger on the file's own time axis, s; it becomes t = 0.
     pub trigger: Option<f64>,
-    /// Drive frequency f0, Hz, where it is known.
+    /// Drive frequency f0, Hz, if known.
     pub drive_frequency: Option<f64>,
-    /// Whether a horn tip's drive frequency is taken as stated though its strongest line is another.
+    /// Whether a stated drive frequency is accepted although the strongest line of the horn tip is another.
     pub force_frequency: bool,
-    /// What is done about missing cells.
+    /// Treatment of missing cells.
     pub missing: Missing,
-    /// What separates the values, where the file can be read in two ways.
+    /// Delimiter, for a file that can be read in two ways.
     pub delimiter: Option<Delimiter>,
-    /// How decimals are written, likewise.
+    /// Decimal sign, for a file that can be read in two ways.
     pub decimal: Option<DecimalSign>,
-    /// Samples a second (Hz) of a file without a column of time; its first sample is at 0.
+    /// Sample rate (Hz) of a file without a time column; its first sample is at 0.
     pub sample_rate: Option<f64>,
-    /// Sensitivity of the decoder or hydrophone, for a column in volts; overrides the file.
+    /// Sensitivity of the vibrometer or hydrophone, for a column in volts; overrides the file.
     pub scale: Option<Sensitivity>,
-    /// Full-scale value of the decoder: velocity, length or, with a sensitivity, volts.
+    /// Full-scale value of the vibrometer: velocity, length or, with a sensitivity, volts.
     pub range: Option<Quantity>,
     /// Whether uneven samples are interpolated onto an even grid.
     pub resample: bool,
-    /// Which function of a universal file, or which segment, from 1.
+    /// Number of the function of a universal file, or of the segment, from 1.
     pub dataset: Option<usize>,
     pub mask: Masking,
-    /// Number of shots that the record is the mean of.
+    /// Number of shots averaged in the record.
     pub averages: Option<usize>,
 }
 
 impl ReadOptions {
-    /// These, for another channel of a file that is read by `other`: what they leave open of the file's form is the same.
+    /// These options for another channel of the file that `other` reads: options on the file's format are taken from
+    /// `other` if not given.
     #[must_use]
     pub fn of_same_file(self, other: &Self) -> Self {
         Self {

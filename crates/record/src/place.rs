@@ -1,28 +1,24 @@
-//! Where in a file something is.
-
 use std::{
     fmt,
     path::{Path, PathBuf},
 };
 
-/// A file, and the line and column in it where they are known.
+/// A file, with line and column if known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     pub path: PathBuf,
-    /// Line, from 1.
     pub line: Option<u64>,
     /// Header of the column, as written.
     pub column: Option<String>,
 }
 
-/// The line, from 1, of byte `at` of `text`; the first where nothing is known of it.
+/// Line, from 1, of byte `at` of `text`; 1 if unknown.
 #[must_use]
 pub fn line_of(text: &str, at: Option<usize>) -> usize {
     at.and_then(|at| text.get(..at)).map_or(1, |before| before.matches('\n').count() + 1)
 }
 
 impl Place {
-    /// Somewhere in a file.
     #[must_use]
     pub fn file(path: &Path) -> Self {
         Self { path: path.into(), line: None, column: None }
@@ -54,16 +50,16 @@ impl fmt::Display for Place {
     }
 }
 
-/// Lines of the samples of a file. Rows mostly follow one another: only where they do not is a line kept.
+/// Lines of the samples of a file. Rows mostly follow one another, so only the start of each run is stored.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct SampleLines {
-    /// Samples, and the line of each, from which on every sample stands one line further.
+    /// Sample number and line at the start of each run of consecutive lines.
     runs: Vec<(u32, u32)>,
     count: u32,
 }
 
 impl SampleLines {
-    /// The next sample's line. Beyond 4 294 967 295 lines the last stands for all.
+    /// Adds the next sample's line. Lines beyond 4 294 967 295 are counted as that one.
     pub(super) fn push(&mut self, line: u64) {
         let line = u32::try_from(line).unwrap_or(u32::MAX);
         let follows =
@@ -74,7 +70,7 @@ impl SampleLines {
         self.count = self.count.saturating_add(1);
     }
 
-    /// The line of a sample, from 0, where there are lines.
+    /// Line of a sample (from 0), if the file has lines.
     pub(super) fn get(&self, sample: usize) -> Option<u64> {
         let sample = u32::try_from(sample).ok().filter(|sample| *sample < self.count)?;
         let run = self.runs.partition_point(|&(first, _)| first <= sample).checked_sub(1)?;

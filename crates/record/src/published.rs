@@ -42,7 +42,7 @@ use super::{MeasurementError, line_of, read::read_file, sha256};
 
 pub use error::PublishedError;
 
-/// What a publication says of one measurement.
+/// Published features of one measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedFeatures {
     pub path: PathBuf,
@@ -50,10 +50,9 @@ pub struct PublishedFeatures {
     pub sha256: String,
     pub title: String,
     pub source: String,
-    /// Drive frequency f0, Hz.
     pub drive_frequency: f64,
     pub cases: Vec<PublishedCase>,
-    /// What is said, in the file's order.
+    /// Statements, in the file's order.
     pub features: Vec<PublishedFeature>,
 }
 
@@ -65,36 +64,28 @@ pub struct PublishedCase {
     pub title: String,
 }
 
-/// One feature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedFeature {
     /// `positive_peak`, `negative_peak`, `amplitude_P/Q`, `ratio_P/Q`, `thd`, `line_P/Q`, or any name for an ordering.
     pub name: String,
     pub statement: Statement,
-    /// What the printed simulations give, by [`PublishedCase::name`].
+    /// Values in the printed simulations, by [`PublishedCase::name`].
     pub cases: BTreeMap<String, Statement>,
     pub note: Option<String>,
 }
 
-/// What is said of one feature.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Statement {
-    /// A value, SI.
     Value {
-        /// The value, SI.
         value: f64,
         /// Its standard uncertainty, SI, where printed.
         uncertainty: Option<f64>,
-        /// Half a unit in its last printed digit, SI: what is known of it where no uncertainty is printed.
+        /// Half a unit in its last printed digit, SI: used if no uncertainty is printed.
         rounding: f64,
         dimension: Dimension,
     },
     /// The line at this fraction of the drive is present, or is not.
-    Line {
-        /// `P/Q` or `P`.
-        ratio: String,
-        present: bool,
-    },
+    Line { ratio: String, present: bool },
     /// One line is stronger than another, or (in a printed simulation) is not.
     Ordering {
         /// `P/Q` or `P` of the stronger line.
@@ -269,7 +260,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Half a unit in the last digit of a value as it stands in the file, SI: 0.5 mm/s for `289 mm/s`, 0.05 for `0.3`.
+    /// Half a unit in the last digit of a value as written in the file, SI: 0.5 mm/s for `289 mm/s`, 0.05 for `0.3`.
     fn rounding(
         &self,
         name: &str,
@@ -481,7 +472,7 @@ case.linear = false
     }
 
     #[test]
-    fn mistakes_are_told_with_their_line() {
+    fn errors_name_their_line() {
         let head = "drive_frequency = \"73 kHz\"\n[[feature]]\n";
         for (text, expected) in [
             (

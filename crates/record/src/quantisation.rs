@@ -1,21 +1,21 @@
-//! The step of the converter behind a column: the greatest spacing of which all differences between samples are multiples.
+//! Step of the converter: the greatest spacing of which all differences between samples are multiples.
 
-/// Samples that are looked at, evenly over the record.
+/// Most samples evaluated, evenly spread over the record.
 const MOST: usize = 1 << 14;
-/// A step below this fraction of half the record's range is finer than anything that matters: 14 bits of twice the range.
+/// Smallest relevant step, as a fraction of half the record's range: 14 bits of twice the range.
 const FINEST: f64 = 1e-4;
-/// Largest distance of a level from a multiple of the step, in steps: what is left of decimals that were rounded.
+/// Largest distance of a level from a multiple of the step, in steps: allows for rounded decimals.
 const OFF: f64 = 0.15;
-/// Share of the samples whose levels must be multiples; the rest may be bridged cells and the like.
+/// Share of the samples whose levels must be multiples; the rest may be bridged cells.
 const ENOUGH: f64 = 0.98;
-/// Fewest levels between which a spacing means anything.
+/// Fewest levels for which a spacing is meaningful.
 const FEWEST_LEVELS: usize = 5;
 
-/// The converter's step, unit of `values`; `None` where there is none, or one too fine to matter.
+/// The converter's step, unit of `values`; `None` if there is none, or if it is too fine to matter.
 ///
-/// Levels that occur once are left out where the others hold nearly all samples. The smallest distance between levels, or a half, third or
-/// quarter of it where codes are missing, is followed from level to level and refined on the way, v_i = v_0 + k_i q with whole k_i, so that
-/// decimals rounded in the file do no harm.
+/// Levels that occur once are left out if the others hold nearly all samples. Start: the smallest distance between
+/// levels, or a half, third or quarter of it if codes are missing. The step is then refined from level to level, v_i =
+/// v_0 + k_i q with whole k_i, so that rounded decimals do not matter.
 pub(super) fn quantisation_step(values: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().step_by(values.len().div_ceil(MOST).max(1)).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn converters_of_8_to_12_bits_are_told_whatever_the_decimals() {
+    fn converters_of_8_to_12_bits_are_recognised_whatever_the_decimals() {
         for bits in [8, 10, 12] {
             let step = 2.5 / f64::from(1u32 << bits);
             for decimal in [1e-4, 1e-6, 1e-15] {
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_cycle_that_leaves_codes_out_is_told_too() {
+    fn a_single_cycle_that_leaves_codes_out_is_recognised_too() {
         let step = 2.5 / 256.0;
         let written: Vec<f64> = (0..400).map(|i| rounded((0.09 * f64::from(i)).sin(), step)).collect();
         assert!((quantisation_step(&written).unwrap() / step - 1.0).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! From a file to a [`Record`].
+//! Reading a file into a [`Record`].
 
 use std::{
     fs::{self, File},
@@ -29,8 +29,9 @@ pub fn read_record(path: &Path, kind: RecordKind, options: &ReadOptions) -> Resu
     read_record_bytes(path, &read_file(path, refuse_early)?, Some(kind), options)
 }
 
-/// Read a record whose kind is told from its name and its units: `horn`, `tip` or `drive` in the file name, or a displacement
-/// and no velocity, make a horn-tip record; `hydrophone` or `pressure`, or a pressure and no motion, a hydrophone's.
+/// Reads a record and detects its kind from name and units: `horn`, `tip` or `drive` in the file name, or a
+/// displacement and no velocity, mean a horn-tip record; `hydrophone` or `pressure`, or a pressure and no motion, a
+/// hydrophone record.
 ///
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
@@ -38,7 +39,8 @@ pub fn inspect_record(path: &Path, options: &ReadOptions) -> Result<Record, Meas
     read_record_bytes(path, &read_file(path, refuse_early)?, None, options)
 }
 
-/// The header of the one column of a table that names the horn's tip, beside another quantity; `None` where none does, or several do.
+/// Header of the one column that names the horn tip in a table with another quantity; `None` if there is none or
+/// several.
 #[must_use]
 pub fn horn_column(path: &Path, options: &ReadOptions) -> Option<String> {
     let (mut head, _) = read_head(path).ok()?;
@@ -56,7 +58,7 @@ pub fn horn_column(path: &Path, options: &ReadOptions) -> Option<String> {
         .then(|| only.header.clone())
 }
 
-/// The first MiB of a file, more than any header is long, and the file open behind it.
+/// The first MiB of a file (longer than any header) and the open file.
 ///
 /// # Errors
 /// When it cannot be opened or read.
@@ -67,13 +69,13 @@ pub fn read_head(path: &Path) -> io::Result<(Vec<u8>, File)> {
     Ok((head, file))
 }
 
-/// Why a file whose first bytes are these is no record.
+/// Why a file with these first bytes is not a record.
 fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementError> {
     refuse_polytec_binary(path)?;
     encoding::refuse_early(path, head)
 }
 
-/// The bytes of a file, or why they cannot be had; one whose first bytes are refused is not read to its end.
+/// The bytes of a file, or why it cannot be read; reading stops if the first bytes are refused.
 pub(super) fn read_file(
     path: &Path,
     refused: impl Fn(&Path, &[u8]) -> Result<(), MeasurementError>,
@@ -118,7 +120,8 @@ fn nearest(path: &Path) -> Option<String> {
         .map(|(_, name)| name)
 }
 
-/// Read a record from bytes already in memory; `path` names them in messages. Without a kind it is told from name and units.
+/// Reads a record from bytes in memory; `path` names them in messages. Without a kind, it is detected from name and
+/// units.
 ///
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
@@ -167,10 +170,10 @@ pub fn read_record_bytes(
         }
     };
     let delay = match (options.delay, said.delay) {
-        (Some(flag), _) => notes.take("decoder delay removed:", flag, "delay"),
-        (None, Some(header)) => notes.take("decoder delay removed:", header, "the header"),
+        (Some(flag), _) => notes.take("instrument delay removed:", flag, "delay"),
+        (None, Some(header)) => notes.take("instrument delay removed:", header, "the header"),
         (None, None) => {
-            notes.assume("decoder delay: none stated, taken as 0".into());
+            notes.assume("instrument delay: none stated, taken as 0".into());
             0.0
         }
     };
@@ -188,9 +191,9 @@ pub fn read_record_bytes(
         notes.assume(format!("the mean of {averages} shots ({from}): compared with means of as many runs"));
     }
     match (options.bandwidth, said.bandwidth) {
-        (Some(flag), _) => notes.assume(format!("decoder bandwidth {} (--read bandwidth=…)", hertz(flag))),
-        (None, Some(header)) => notes.assume(format!("decoder bandwidth {} (the header)", hertz(header))),
-        (None, None) => notes.assume("decoder bandwidth: none stated, taken as beyond half the sample rate".into()),
+        (Some(flag), _) => notes.assume(format!("instrument bandwidth {} (--read bandwidth=…)", hertz(flag))),
+        (None, Some(header)) => notes.assume(format!("instrument bandwidth {} (the header)", hertz(header))),
+        (None, None) => notes.assume("instrument bandwidth: none stated, taken as beyond half the sample rate".into()),
     }
 
     // Rounded to nothing where the axis is meant to hold the trigger.
@@ -378,7 +381,8 @@ pub fn read_record_bytes(
     Ok(record)
 }
 
-/// Least and largest peak of a hydrophone's record, Pa: below thermal noise, and far above the strongest shock waves of lithotripters (100 MPa).
+/// Smallest and largest plausible peak of a hydrophone record, Pa: below thermal noise, and far above the strongest
+/// shock waves of lithotripters (100 MPa).
 const PRESSURES: (f64, f64) = (1e-3, 1e9);
 
 fn refuse_absurd_pressure(
@@ -404,7 +408,7 @@ fn refuse_absurd_pressure(
     })
 }
 
-/// A file in Polytec's own binary form is known by its extension.
+/// Refuses Polytec's binary format, recognised by its extension.
 fn refuse_polytec_binary(path: &Path) -> Result<(), MeasurementError> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
     if ["svd", "pvd"].contains(&extension.as_str()) {

@@ -1,4 +1,4 @@
-//! How the channels of a bench are read, as a file states it once for all records.
+//! Bench file: how the channels of a bench are read, stated once for all records.
 //!
 //! ```toml
 //! [vibrometer]
@@ -20,7 +20,7 @@ use granchain_signal::{Dimension, Quantity, QuantityError, read_back::read_text}
 
 use super::{Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
 
-/// Reading options as a file states them; what is absent is left to the record.
+/// Reading options in a file; absent options are taken from the record.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reading {
@@ -28,19 +28,18 @@ pub struct Reading {
     #[serde(alias = "column")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channel: Option<String>,
-    /// Column of time, likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_column: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
-    /// Sensitivity of decoder or hydrophone.
+    /// Sensitivity of vibrometer or hydrophone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
-    /// −6 dB bandwidth of the decoder.
+    /// −6 dB bandwidth of the vibrometer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -52,14 +51,14 @@ pub struct Reading {
     pub sample_rate: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<String>,
-    /// What is done about missing cells.
+    /// Treatment of missing cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decimal: Option<String>,
-    /// Whether the sign is turned.
+    /// Whether the sign is inverted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub invert: Option<bool>,
     /// Whether uneven samples are interpolated.
@@ -68,7 +67,7 @@ pub struct Reading {
     /// Function or segment, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dataset: Option<usize>,
-    /// Number of shots that the record is the mean of.
+    /// Number of shots averaged in the record.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub averages: Option<usize>,
     /// Which samples are masked: `auto`, `none`, or stretches such as `12.1us:13.4us`.
@@ -76,7 +75,7 @@ pub struct Reading {
     pub mask: Option<String>,
 }
 
-/// Why a stated reading cannot be used.
+/// Why reading options are invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadingError {
@@ -109,7 +108,7 @@ fn positive(key: &'static str, text: &str, dimension: Dimension) -> Result<f64, 
     if value > 0.0 { Ok(value) } else { Err(ReadingError::NotPositive { key, found: text.into() }) }
 }
 
-/// `given`, else what `text` stands for.
+/// `given`, else the parsed `text`.
 fn or<T>(
     given: Option<T>,
     text: Option<&String>,
@@ -122,7 +121,8 @@ fn or<T>(
 }
 
 impl Reading {
-    /// What `options` state, so that [`Reading::below`] the default options gives them back; the drive frequency is not part of a reading.
+    /// The options as stated, such that [`Reading::below`] the default options restores them; the drive frequency is
+    /// not included.
     #[must_use]
     pub fn of(options: &ReadOptions) -> Self {
         // A choice that is the default states nothing.
@@ -165,13 +165,12 @@ impl Reading {
         }
     }
 
-    /// Whether it states nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// `options` where they say something, else what is stated here.
+    /// `options` with their gaps filled from this reading.
     ///
     /// # Errors
     /// [`ReadingError`] with the key.
@@ -220,7 +219,7 @@ impl Reading {
     }
 }
 
-/// The channels of a bench: sensitivities, delays and bandwidths that are typed once.
+/// The channels of a bench: sensitivities, delays and bandwidths.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BenchReadings {
@@ -247,18 +246,13 @@ pub enum BenchReadingsError {
         "{}:{line}: {message}; a bench file has the tables [vibrometer], [horn-tip] and [hydrophone] with the keys of a [reading]",
         path.display()
     )]
-    Form {
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        message: String,
-    },
+    Form { path: PathBuf, line: usize, message: String },
     #[error("{}: [{table}] {source}", path.display())]
     Reading { path: PathBuf, table: &'static str, source: ReadingError },
 }
 
 impl BenchReadings {
-    /// Read a bench file and check all of it.
+    /// Reads a bench file and checks it.
     ///
     /// # Errors
     /// [`BenchReadingsError`] with file and line or table.

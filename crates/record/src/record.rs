@@ -9,20 +9,17 @@ use super::{
     noise::noise_band, notes::to_three_figures,
 };
 
-/// What the file's column held.
+/// Quantity of the file's column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecordedQuantity {
-    /// Displacement, m.
     Displacement,
-    /// Velocity, m/s.
     Velocity,
     /// Pressure about the ambient one, Pa.
     Pressure,
 }
 
 impl RecordedQuantity {
-    /// Its SI unit.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -33,51 +30,52 @@ impl RecordedQuantity {
     }
 }
 
-/// One record, in SI, motion positive from piston to support, pressure positive above the ambient one, with what was understood and assumed.
+/// One record in SI, with everything understood and assumed. Motion is positive from piston to support, pressure above
+/// the ambient one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     pub path: PathBuf,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
     pub kind: RecordKind,
-    /// What the column held; a horn tip's velocity has been integrated.
+    /// Quantity of the column; a horn tip's velocity has been integrated.
     pub recorded: RecordedQuantity,
-    /// Displacement (m) of a horn tip, velocity (m/s) of a bead, pressure (Pa) of a hydrophone; sign and baseline done, t = 0 at the trigger, the decoder's
-    /// delay removed.
+    /// Displacement (m) of a horn tip, velocity (m/s) of a bead, or pressure (Pa) of a hydrophone. Sign and baseline
+    /// are corrected, t = 0 is the trigger, and the vibrometer's delay is removed.
     pub series: Series,
-    /// The recorded quantity as it stands in the file, SI, on the file's own time axis; masked samples are bridged.
+    /// Recorded quantity as in the file, SI, on the file's own time axis; masked samples are bridged.
     pub raw: Series,
-    /// Number of shots that the record is the mean of; 1 where nothing else is stated.
+    /// Number of shots averaged in the record; 1 unless stated.
     pub averages: usize,
-    /// Samples that show no motion, which are bridged in `series` and `raw`; on the clock of `series`.
+    /// Masked samples, which are bridged in `series` and `raw`; on the clock of `series`.
     pub masked: Vec<Masked>,
-    /// Noise, unit of `series`, rms: the greater of that of the quiet samples (where there are none, of the spectrum's floor) and step/√12; 0 if
-    /// unknown.
+    /// Noise, unit of `series`, rms: the larger of step/√12 and the rms of the quiet samples (without quiet samples,
+    /// the spectrum's floor); 0 if unknown.
     pub noise_rms: f64,
-    /// What that was told from.
+    /// Source of the noise estimate.
     pub noise_source: NoiseSource,
-    /// The same of the recorded quantity: of a horn tip's velocity m/s.
+    /// Noise of the recorded quantity: m/s for a horn tip's velocity.
     pub recorded_noise_rms: f64,
-    /// The converter's step, SI unit of the recorded quantity, where it is no finer than what matters.
+    /// The converter's step, SI unit of the recorded quantity, if coarse enough to matter.
     pub quantisation_step: Option<f64>,
-    /// Where the input was clipped, below and above, as `series` has it; of a horn tip's velocity before it was integrated.
+    /// Clipping levels, below and above, in the values of `series`; for a horn tip's velocity, before integration.
     pub clipped: [Option<f64>; 2],
     /// Number of quiet samples at the start.
     pub pretrigger: usize,
-    /// The offset that was removed from the recorded quantity (before the sign was turned), SI; 0 if none.
+    /// Offset that was removed from the recorded quantity (before the sign was changed), SI; 0 if none.
     pub baseline: f64,
-    /// Standard error of that offset by the noise of the quiet samples, taken as white, SI; `None` where none are quiet, where no mean was
-    /// taken, or where a horn tip's velocity was integrated.
+    /// Standard error of that offset from the noise of the quiet samples, taken as white, SI; `None` without quiet
+    /// samples, without a mean, or for an integrated velocity.
     pub baseline_error: Option<f64>,
-    /// −6 dB bandwidth of the decoder, Hz, where stated.
+    /// −6 dB bandwidth of the vibrometer, Hz, if stated.
     pub bandwidth: Option<f64>,
-    /// Delay of the decoder, s, that has been removed.
+    /// Group delay of the vibrometer that has been removed, s.
     pub delay: f64,
     /// Instant of the trigger on the file's time axis, s.
     pub trigger: f64,
     /// Drive frequency stated by the options or the header, Hz.
     pub stated_drive_frequency: Option<f64>,
-    /// How the file is written: delimiter, decimals, encoding, whose preamble.
+    /// File format: delimiter, decimals, encoding, instrument.
     pub form: String,
     pub columns: Vec<String>,
     /// Header and unit of the time column.
@@ -90,11 +88,9 @@ pub struct Record {
     pub first_lines: Vec<String>,
     /// Cells that were missing and have been interpolated.
     pub interpolated: usize,
-    /// What was assumed, in words.
     pub assumptions: Vec<String>,
-    /// What looks wrong but could be read, in words: what was seen, why it matters, what to do.
+    /// Warnings, as text: what was seen, why it matters, what to do.
     pub warnings: Vec<String>,
-    /// The options it was read with.
     pub options: ReadOptions,
 }
 
@@ -114,7 +110,6 @@ impl RecordKind {
         }
     }
 
-    /// What that series is.
     #[must_use]
     pub fn quantity(self) -> &'static str {
         match self {
@@ -124,7 +119,6 @@ impl RecordKind {
         }
     }
 
-    /// Its dimension.
     #[must_use]
     pub fn dimension(self) -> Dimension {
         match self {
@@ -136,8 +130,8 @@ impl RecordKind {
 }
 
 impl Record {
-    /// The drive frequency f0, Hz: as stated by the options or the file, else the strongest line of a horn-tip record. `None`
-    /// for any other record that does not state it: its strongest line may well be a subharmonic.
+    /// Drive frequency f0, Hz: as stated by the options or the file, else the strongest line of a horn-tip record.
+    /// `None` for other records that do not state it: their strongest line may be a subharmonic.
     #[must_use]
     pub fn drive_frequency(&self) -> Option<f64> {
         self.stated_drive_frequency.or_else(|| match self.kind {
@@ -152,8 +146,8 @@ impl Record {
         line::strongest_line(&self.series)
     }
 
-    /// Refuse a stated drive frequency that is not the strongest line of a horn tip: more than 0.5 % off, or of a burst of n < 10 cycles
-    /// 0.5/n², as far as its own ends pull its line.
+    /// Refuses a stated drive frequency that is not the strongest line of a horn tip: more than 0.5 % off, or 0.5/n²
+    /// for a burst of n < 10 cycles, whose ends shift its line that far.
     ///
     /// # Errors
     /// [`MeasurementError::FrequencyDisagrees`].
@@ -169,7 +163,7 @@ impl Record {
         Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), line, stated, place, found })
     }
 
-    /// Refuse a record with fewer than 4 samples a cycle of `drive_frequency` (Hz).
+    /// Refuses a record with fewer than 4 samples a cycle of `drive_frequency` (Hz).
     ///
     /// # Errors
     /// [`MeasurementError::SampledTooLow`].
@@ -182,7 +176,7 @@ impl Record {
         Ok(())
     }
 
-    /// Refuse a peak that no horn, no bead and no hydrophone has: a unit or a sensitivity is wrong by a power of ten.
+    /// Refuses an implausible peak: a unit or a sensitivity is wrong by a power of ten.
     ///
     /// # Errors
     /// [`MeasurementError::AbsurdPeak`].
@@ -206,8 +200,8 @@ impl Record {
         })
     }
 
-    /// Refuse a drive whose active part (from the first to the last sample above a tenth of its peak) is shorter than two
-    /// cycles of `drive_frequency` (Hz).
+    /// Refuses a drive whose active part (from the first to the last sample above a tenth of its peak) is shorter than
+    /// two cycles of `drive_frequency` (Hz).
     ///
     /// # Errors
     /// [`MeasurementError::DriveTooShort`].
@@ -225,24 +219,26 @@ impl Record {
         Ok(())
     }
 
-    /// The cutoff of [`Record::to_drive`], Hz: the least of 0.4 of the sample rate, the decoder's bandwidth and 10 f0.
+    /// Cutoff of [`Record::to_drive`], Hz: the least of 0.4 of the sample rate, the vibrometer's bandwidth and 10 f0.
     #[must_use]
     pub fn drive_cutoff(&self, drive_frequency: f64) -> f64 {
         let cutoff = (0.4 * self.series.sample_rate()).min(DRIVE_CUTOFF * drive_frequency);
         self.bandwidth.map_or(cutoff, |bandwidth| cutoff.min(bandwidth))
     }
 
-    /// A horn-tip record as the piston's motion: what it shows, whatever t = 0 means.
+    /// Piston motion from a horn-tip record, whatever t = 0 means.
     ///
-    /// - rest up to where motion begins, which is traced back from its first departure to the zero it left from; no window over what was
-    ///   recorded;
-    /// - continued beyond both ends by what its outermost periods predict, low-passed with zero phase at [`Record::drive_cutoff`];
-    /// - freed of the noise that can be told from it, and of a mean that wanders;
-    /// - a velocity is integrated, and freed of what lies below f0/8;
-    /// - on the model's clock, which is the record's unless motion begins before t = 0.
+    /// - The piston rests until motion begins; the start is traced back from the first departure to its zero crossing.
+    ///   No window is applied to recorded samples.
+    /// - The motion is continued beyond both ends by a prediction from its outermost periods, and low-passed with zero
+    ///   phase at [`Record::drive_cutoff`].
+    /// - Separable noise and drift are removed.
+    /// - A velocity is integrated; content below f0/8 is removed.
+    /// - The model's clock is the record's, unless motion begins before t = 0.
     ///
     /// # Errors
-    /// [`MeasurementError`] when it is no horn-tip record, shorter than two cycles, sampled below 4 f0, or has no line.
+    /// [`MeasurementError`] when it is no horn-tip record, shorter than two cycles, sampled below 4 f0, or has no
+    /// line.
     pub fn to_drive(&self) -> Result<HornDrive, MeasurementError> {
         if self.kind != RecordKind::HornTip {
             return Err(MeasurementError::NotADrive { path: self.path.clone(), kind: self.kind });

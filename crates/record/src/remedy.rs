@@ -1,4 +1,4 @@
-//! What messages name: what is wanted, what else may be meant, the flags that would settle it.
+//! Remedies in messages: what is expected, what else may be meant, and which flags help.
 
 use granchain_signal::Dimension;
 
@@ -18,14 +18,14 @@ pub(super) fn wanted(kind: RecordKind) -> &'static str {
     }
 }
 
-/// How a sensitivity of this kind is written, and what it belongs to.
+/// Example of a sensitivity of this kind, and its instrument.
 pub(super) fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
     match kind {
         RecordKind::HornTip => (
             "a velocity or a displacement",
-            "the decoder's sensitivity; pass it as --scale '<VALUE> um/V' or '<VALUE> mm/s/V'",
+            "the vibrometer's sensitivity; pass it as --scale '<VALUE> um/V' or '<VALUE> mm/s/V'",
         ),
-        RecordKind::Vibrometer => ("a velocity", "the decoder's sensitivity; pass it as --scale '<VALUE> mm/s/V'"),
+        RecordKind::Vibrometer => ("a velocity", "the vibrometer's sensitivity; pass it as --scale '<VALUE> mm/s/V'"),
         RecordKind::Hydrophone => (
             "a pressure",
             "the hydrophone's sensitivity; pass it as --scale '<VALUE> mV/MPa', or write `# sensitivity: <VALUE> mV/MPa` into the file",
@@ -33,7 +33,7 @@ pub(super) fn sensitivity(kind: RecordKind) -> (&'static str, &'static str) {
     }
 }
 
-/// What else may be meant by a quantity that a record of this kind does not have.
+/// What else a quantity may mean that a record of this kind cannot have.
 pub(super) fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
     match (kind, found) {
         (RecordKind::Vibrometer, Dimension::PRESSURE) => {
@@ -59,7 +59,7 @@ fn share_a_name(candidates: &[String]) -> bool {
     candidates.iter().enumerate().any(|(i, name)| candidates[..i].contains(name))
 }
 
-/// How one of several columns is chosen; by number where names are shared.
+/// How to choose one of several columns; by number if names are shared.
 pub(super) fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[usize]) -> String {
     if !share_a_name(candidates) {
         return format!("with {flag}");
@@ -68,7 +68,7 @@ pub(super) fn by_name_or_number(flag: &str, candidates: &[String], numbers: &[us
     format!("by its number, for they share a name: {}", numbers.join(" or "))
 }
 
-/// A flag as it is typed with a value; `--read KEY=NAME` has its value behind the key.
+/// A flag with its value as typed; the value of `--read KEY=NAME` follows the key.
 fn with_value(flag: &str, value: &str) -> String {
     match flag.strip_prefix("--read ").and_then(|setting| setting.strip_suffix("NAME")) {
         Some(key) => format!("--read {}", shell_word(&format!("{key}{value}"))),
@@ -85,12 +85,12 @@ pub(super) fn remedies(errors: &[MeasurementError]) -> String {
 }
 
 impl MeasurementError {
-    /// All that is wrong.
     pub(super) fn of_all(mut errors: Vec<Self>) -> Self {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }
 
-    /// Flags that would settle it, as they are typed, with placeholders such as `<VALUE>` for what only the user knows; `None` where no flag does.
+    /// Flags that resolve the error, with placeholders such as `<VALUE>` for what only the user knows; `None` if no
+    /// flag helps.
     #[must_use]
     pub fn remedy(&self) -> Option<String> {
         Some(match self {

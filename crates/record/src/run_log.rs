@@ -1,7 +1,7 @@
-//! The runs of a study or a fit, kept as they finish: one JSON line a run, appended and synced.
+//! Log of finished runs: one JSON line a run, appended and synced.
 //!
-//! A process may die between any two bytes. What counts on reading is every line that ends in a newline and whose seal is whole; a torn last
-//! line is cut off before more is appended, an altered one is named and its run made again.
+//! A process may be killed at any time. Only lines that end in a newline and whose digest is right are read. A torn
+//! last line is cut off before the next append; an altered line is reported and its run repeated.
 
 use std::{
     collections::BTreeMap,
@@ -32,15 +32,14 @@ pub enum RunLogError {
 pub struct RunLog {
     path: PathBuf,
     end: Mutex<End>,
-    /// Lines that are not used, from 1.
+    /// Unusable lines, from 1.
     damaged: Vec<usize>,
 }
 
-/// Where lines are appended.
 #[derive(Debug)]
 struct End {
     file: File,
-    /// Whether the last line may be torn: no other may begin in it.
+    /// Whether the last line may be torn, so that a new line must not begin in it.
     torn: bool,
 }
 
@@ -50,12 +49,12 @@ struct Entry<T> {
     run: T,
 }
 
-/// What a line says, where its seal is whole.
+/// Parses a line, if its digest is right.
 fn read_line<T: DeserializeOwned>(line: &[u8]) -> Option<Entry<T>> {
     serde_json::from_slice(unsealed(line).ok()?).ok()
 }
 
-/// Where the runs of a log lie: of each no more than its place is held in memory.
+/// Positions of the runs in a log; only positions are held in memory.
 #[derive(Debug)]
 pub struct RunIndex {
     path: PathBuf,
@@ -64,13 +63,11 @@ pub struct RunIndex {
 }
 
 impl RunIndex {
-    /// Number of runs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
@@ -119,7 +116,7 @@ impl RunLog {
         Ok((log, runs))
     }
 
-    /// Open or create the log and find the runs in it, to be read one by one.
+    /// Opens or creates the log and indexes its runs, to be read one by one.
     ///
     /// # Errors
     /// As [`RunLog::open`].
@@ -132,7 +129,7 @@ impl RunLog {
         Ok((log, RunIndex { path: path.into(), file: Mutex::new(BufReader::new(file)), places }))
     }
 
-    /// Open or create the log; every run in it is handed on with the place of its line.
+    /// Opens or creates the log; every run in it is passed to `found` with the position of its line.
     fn scanned<T: DeserializeOwned>(path: &Path, mut found: impl FnMut(Entry<T>, u64)) -> Result<Self, RunLogError> {
         let io = |action| move |source| RunLogError::Io { action, path: path.into(), source };
         // Opening a pipe waits for another process, and a device has no end.
@@ -162,7 +159,7 @@ impl RunLog {
         Ok(Self { path: path.into(), end: Mutex::new(End { file, torn: false }), damaged })
     }
 
-    /// What is to be said of lines that were altered since they were written; nothing where there are none.
+    /// Warning about altered lines; `None` if there are none.
     #[must_use]
     pub fn damage(&self) -> Option<String> {
         let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
@@ -175,7 +172,7 @@ impl RunLog {
         })
     }
 
-    /// Keep one finished run; when this returns, it survives a kill.
+    /// Appends one finished run; on return it is on disc.
     ///
     /// # Errors
     /// When it cannot be written.

@@ -1,4 +1,4 @@
-//! Row by row: cells to samples, gaps bridged, instants settled.
+//! Conversion of rows to samples: gaps bridged, instants checked.
 
 use std::path::Path;
 
@@ -13,37 +13,36 @@ use super::{
     table::{Rows, Table, is_missing, shortened, text, text_of},
 };
 
-/// Letters of a cell that a message shows.
+/// Most letters of a cell shown in a message.
 const LONGEST_CELL: usize = 40;
-/// Least number that marks a value as over-range (9.9e37, 9.91e37, 9.99999e37), with room for rounding.
+/// Least number that marks a value as over-range (9.9e37, 9.91e37, 9.99999e37), with tolerance for rounding.
 const OVER_RANGE: f64 = 9.89e37;
-/// Instants from this number on lose digits as doubles, or may: seconds since 1970 have 1.7e9.
+/// Instants from this number on may lose digits as doubles: seconds since 1970 are 1.7e9.
 const LARGE: f64 = 1e8;
-/// Most missing cells in a row that are bridged.
+/// Most consecutive missing cells that are bridged.
 pub(super) const BRIDGED: usize = 5;
 
-/// Rows in a row whose value is missing, and what else is settled only later.
+/// Consecutive rows without a value, pending the next value.
 #[derive(Default)]
 pub(super) struct Gap {
-    /// Their instants, s; where there are none, zeros.
+    /// Their instants, s; zeros if the rows have none.
     pub times: Vec<f64>,
     /// How many of them are blank.
     pub blank: usize,
-    /// Line of the first, and what stood there.
+    /// Line and text of the first.
     pub line: u64,
     pub found: String,
-    /// The first instant that is no later than the one before: its line and itself, s.
+    /// Line and value (s) of the first instant that does not increase.
     pub standing: Option<(u64, f64)>,
 }
 
-/// How rows are taken.
 pub(super) struct Taking<'a> {
     pub path: &'a Path,
     pub dialect: Dialect,
     /// Whether every row ends with a delimiter.
     pub trailing: bool,
     pub missing: Missing,
-    /// Whether a remark may stand behind the cells of a row.
+    /// Whether a remark may follow the cells of a row.
     pub remarks: bool,
 }
 
@@ -115,7 +114,7 @@ impl Table {
         Ok(())
     }
 
-    /// The instant of a row, s; a large first one is taken off all of them before doubles are made.
+    /// Instant of a row, s; a large first instant is subtracted from all before conversion to doubles.
     fn instant(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
         let value = self.number(taking, rows, column)?;
         let factor = self.chosen.time_factor;
@@ -130,12 +129,12 @@ impl Table {
         Ok(exact.and_then(|exact| exact.minus(first)).map_or(value * factor - origin, |since| since * factor))
     }
 
-    /// What stands for 0 among the instants, s.
+    /// The instant subtracted from all others, s.
     pub(super) fn origin(&self) -> f64 {
         self.origin.map_or(0.0, |(_, origin)| origin)
     }
 
-    /// The next instant; one that stands still may be rounded.
+    /// Takes the next instant; equal instants may be due to rounding.
     fn take_time(
         &mut self,
         path: &Path,
@@ -161,7 +160,8 @@ impl Table {
         Ok(())
     }
 
-    /// Instants of few digits are those of an even clock where rounding explains them all; a stated rate is taken before them.
+    /// Replaces instants with few digits by those of an even clock if rounding explains all differences; a stated rate
+    /// is preferred.
     pub(super) fn settle_times(
         &mut self,
         path: &Path,
@@ -233,7 +233,7 @@ impl Table {
         }
     }
 
-    /// Why `cell` is no number.
+    /// Why `cell` is not a number.
     fn no_number(&self, taking: &Taking<'_>, rows: &Rows<'_>, place: Place, cell: &str) -> MeasurementError {
         let Dialect { delimiter, decimal } = taking.dialect;
         let found = shortened(cell, LONGEST_CELL);

@@ -1,4 +1,4 @@
-//! Even sampling, checked with a stated tolerance, or made by interpolation where that is asked for.
+//! Even sampling: checked with a stated tolerance, or made by interpolation on request.
 
 use std::path::Path;
 
@@ -24,9 +24,9 @@ pub(super) struct Sampled {
     pub resampled: Option<(f64, f64)>,
 }
 
-/// The values on the even grid through the first and the last instant, or where the record leaves it. With `resample` an
-/// uneven record is interpolated onto a grid of its median step, or of the mean of its usual steps where the instants have so few digits that
-/// the median is a rounded one.
+/// The values on the even grid through the first and the last instant, or the place where the record leaves it. With
+/// `resample` an uneven record is interpolated onto a grid of its median step, or of the mean of its usual steps if
+/// rounding affects the median.
 pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Result<Sampled, MeasurementError> {
     let times = &table.times;
     let count = table.values.len();
@@ -87,39 +87,37 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
     Ok(Sampled { series: Series::new(table.origin() + start, step, values), resampled: Some((shortest, longest)) })
 }
 
-/// Unit of the last digit over the step from which a median of steps is one of a few rounded values.
+/// Unit of the last digit, over the step, from which the median of the steps is affected by rounding.
 const ROUNDED: f64 = 1e-3;
 
-/// Mean of the steps that differ from the median by no more than rounding: what that adds to one it takes off the next.
+/// Mean of the steps that differ from the median by rounding only: rounding errors of neighbouring steps cancel.
 fn usual_step(steps: &[f64], median: f64, digit: f64) -> f64 {
     let usual = steps.iter().filter(|step| (**step - median).abs() <= 1.01 * digit);
     let (sum, count) = usual.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
     sum / count
 }
 
-/// Whether instants stand on the even grid through the first and the last.
+/// Whether instants lie on the even grid through the first and the last.
 pub(super) fn is_even(times: &[f64]) -> bool {
     let (Some(start), Some(end)) = (times.first(), times.last()) else { return true };
     let step = (end - start) / (times.len() - 1).max(1) as f64;
     times.iter().enumerate().all(|(i, time)| (time - (start + i as f64 * step)).abs() <= SAMPLING_TOLERANCE * step)
 }
 
-/// How far the step of rounded instants may be off, as a fraction of it: beyond, it would be a guess.
+/// Largest uncertainty of the step of rounded instants, as a fraction of it.
 const WIDEST: f64 = 2e-3;
 
 /// An even clock behind rounded instants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    /// First instant, s.
     pub start: f64,
-    /// s.
     pub step: f64,
-    /// How far the step may be off, as a fraction of it; `None` where it is stated.
+    /// Uncertainty of the step, as a fraction of it; `None` if it is stated.
     pub room: Option<f64>,
 }
 
-/// The even clock whose instants, rounded to their last digits (units `digits`, s), are `times`: of the step as stated, else of the roundest that
-/// explains them.
+/// The even clock whose instants, rounded to their last digits (units `digits`, s), are `times`: with the stated step,
+/// else with the roundest that explains them.
 ///
 /// With tᵢ = t₀ + iΔ + rᵢ and |rᵢ| ≤ uᵢ/2 there is a t₀ where g(Δ) = maxᵢ(tᵢ − uᵢ/2 − iΔ) − minᵢ(tᵢ + uᵢ/2 − iΔ) ≤ 0; g is convex, and its least
 /// lies where the two extremes are at one i. Two instants differ from the step by less than a unit, else one is there twice or lost.
@@ -191,7 +189,7 @@ pub(super) fn rounded(times: &[f64], digits: &[f64], interval: Option<f64>) -> O
 /// Halvings of an interval of steps; it is left 1e-12 of what it was.
 const HALVINGS: usize = 40;
 
-/// The step from `shortest` to `longest` of fewest digits, or whose rate has fewest.
+/// The step between `shortest` and `longest` with the fewest digits in itself or in its rate.
 fn roundest(shortest: f64, longest: f64) -> f64 {
     let middle = 0.5 * (shortest + longest);
     let cut = |value: f64, places: usize| format!("{value:.places$e}").parse().unwrap_or(value);

@@ -1,28 +1,28 @@
-//! The sensitivity of a decoder or a hydrophone: volts → velocity, displacement or pressure.
+//! Sensitivity of a vibrometer or hydrophone: volts → velocity, displacement or pressure.
 
 use granchain_signal::{Dimension, Quantity, Unit};
 
-/// Least and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have some 10 nV/Pa, the largest hydrophones of
-/// underwater sound 2 mV/Pa, an amplifier adds up to 60 dB.
+/// Smallest and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have about 10 nV/Pa,
+/// the largest underwater hydrophones 2 mV/Pa, and an amplifier adds up to 60 dB.
 const HYDROPHONE: (f64, f64) = (1e-10, 10.0);
 
-/// Velocity, displacement or pressure for one volt.
+/// Velocity, displacement or pressure per volt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// Of the quantity a volt, m/s/V, m/V or Pa/V; the sign turns nothing, so it is positive.
+    /// Quantity per volt, m/s/V, m/V or Pa/V; always positive.
     per_volt: f64,
-    /// What it is a sensitivity for: velocity, length or pressure.
+    /// Dimension of the quantity: velocity, length or pressure.
     dimension: Dimension,
 }
 
-/// Why a text is no sensitivity.
+/// Why a text is not a sensitivity.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SensitivityError {
     #[error(transparent)]
     Quantity(#[from] granchain_signal::QuantityError),
     #[error(
-        "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a decoder's range such as \
+        "expected a sensitivity such as `100 mm/s/V`, `2 um/V`, `20 kPa/V` or `250 nV/Pa`, found `{found}`; a vibrometer's range such as \
          `100 mm/s/V` stands on its front panel, a hydrophone's on its calibration certificate"
     )]
     Dimension { found: String },
@@ -32,11 +32,7 @@ pub enum SensitivityError {
         "expected a hydrophone's sensitivity between {} and {}, found `{found}`, which is {}: {} a volt; check the prefixes",
         volts_a_pascal(HYDROPHONE.0), volts_a_pascal(HYDROPHONE.1), volts_a_pascal(1.0 / per_volt), pascals(*per_volt)
     )]
-    NoHydrophone {
-        found: String,
-        /// Pressure a volt, Pa/V.
-        per_volt: f64,
-    },
+    NoHydrophone { found: String, per_volt: f64 },
 }
 
 fn pascals(pressure: f64) -> Quantity {
@@ -55,8 +51,8 @@ fn volts_a_pascal(sensitivity: f64) -> String {
 }
 
 impl Sensitivity {
-    /// Read `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`; or a hydrophone's customary form, volts for a pressure: `250 nV/Pa`,
-    /// `50 mV/MPa`.
+    /// Reads `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`, or the usual form for hydrophones, volts per
+    /// pressure: `250 nV/Pa`, `50 mV/MPa`.
     ///
     /// ```
     /// use granchain_record::Sensitivity;
@@ -93,19 +89,18 @@ impl Sensitivity {
         Ok(Self { per_volt, dimension })
     }
 
-    /// What one `voltage` (a unit of volts) is.
+    /// Value of one unit of `voltage`.
     #[must_use]
     pub fn unit_of(self, voltage: Unit) -> Unit {
         Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
     }
 
-    /// Velocity (m/s), length (m) or pressure (Pa) for one volt.
+    /// Velocity (m/s), length (m) or pressure (Pa) per volt.
     #[must_use]
     pub(crate) fn per_volt(self) -> f64 {
         self.per_volt
     }
 
-    /// Velocity, length or pressure.
     #[must_use]
     pub fn dimension(self) -> Dimension {
         self.dimension
@@ -126,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn decoders_and_hydrophones_are_understood() {
+    fn vibrometers_and_hydrophones_are_understood() {
         for (text, per_volt, motion) in [
             ("100 mm/s/V", 0.1, Dimension::VELOCITY),
             ("100 (mm/s)/V", 0.1, Dimension::VELOCITY),

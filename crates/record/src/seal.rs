@@ -1,17 +1,17 @@
-//! What the program reads back of its own: sealed, so that what was altered since is told from what was written.
+//! Sealed files: a digest shows whether a file was altered since the program wrote it.
 
 use super::sha256;
 
-/// Form of a sealed text: this word, the SHA-256 of its body in hexadecimal, the body.
+/// Format of a sealed text: this word, the SHA-256 of its body in hexadecimal, the body.
 const FORM: &str = "granchain-state-1";
 const DIGITS: usize = 64;
 
-/// Why a sealed text is not read.
+/// Why a sealed text is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum BrokenSeal {
     #[error("it is not what this version of granchain writes")]
     Form,
-    /// Of this form, with another digest.
+    /// Right format, wrong digest.
     #[error("it was altered or damaged since it was written")]
     Altered,
 }

@@ -1,4 +1,4 @@
-//! Text whose lines or cells are separated in unusual ways, and tables that comments part.
+//! Text with unusual line ends or separators, and tables interrupted by comments.
 
 use std::borrow::Cow;
 
@@ -7,12 +7,12 @@ use super::{
     dialect::{Dialect, row_delimiter},
 };
 
-/// Lines ended by CR alone get LF.
+/// Replaces CR line ends by LF.
 pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
     if !text.contains('\n') && text.contains('\r') { Cow::Owned(text.replace('\r', "\n")) } else { text }
 }
 
-/// The same of bytes, none of which is LF.
+/// The same for bytes without LF.
 pub(super) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     if bytes.contains(&b'\n') || !bytes.contains(&b'\r') {
         return Cow::Borrowed(bytes);
@@ -24,7 +24,8 @@ fn is_number(word: &str) -> bool {
     decimal::number(word, DecimalSign::Point).is_some() || decimal::number(word, DecimalSign::Comma).is_some()
 }
 
-/// Runs of blanks become tabs where every row of numbers has as many words as the first; names above them are parted likewise.
+/// Replaces runs of blanks by tabs if every row of numbers has as many words as the first; the names above are split
+/// likewise.
 pub(super) fn by_tabs<'a>(text: &'a str, options: &ReadOptions) -> Cow<'a, str> {
     if options.delimiter.is_some() {
         return Cow::Borrowed(text);
@@ -51,7 +52,7 @@ pub(super) fn by_tabs<'a>(text: &'a str, options: &ReadOptions) -> Cow<'a, str> 
     Cow::Owned(parted)
 }
 
-/// The words of a line joined by tabs, a unit in brackets with its name, where that makes `width` cells.
+/// The words of a line joined by tabs, a unit in brackets kept with its name, if that gives `width` cells.
 fn names(line: &str, width: usize) -> Option<String> {
     let mut cells: Vec<String> = Vec::with_capacity(width);
     for word in line.split_whitespace() {
@@ -66,7 +67,6 @@ fn names(line: &str, width: usize) -> Option<String> {
     (cells.len() == width).then(|| cells.join("\t"))
 }
 
-/// Rows between comments.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Block {
     pub from: usize,
@@ -75,7 +75,7 @@ pub(super) struct Block {
     pub line: u64,
 }
 
-/// Where comment lines part the rows; the first block begins with the text. One where they do not.
+/// Blocks of rows between comment lines; the first begins with the text. One block without comments.
 pub(super) fn blocks(text: &str, dialect: Dialect, first_line: u64) -> Vec<Block> {
     let mut found: Vec<Block> = Vec::new();
     // Nearly every file has comments above its rows alone.

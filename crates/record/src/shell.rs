@@ -1,8 +1,7 @@
-//! Words of printed commands.
-
 use std::borrow::Cow;
 
-/// A word as a POSIX shell, Bash or Zsh reads it: as one word with exactly these characters. Every printed command is made of such words.
+/// A word quoted so that a POSIX shell, Bash or Zsh reads exactly these characters as one word. All printed commands
+/// use it.
 ///
 /// ```
 /// # use granchain_record::shell_word;
@@ -36,7 +35,7 @@ mod tests {
 
     use super::*;
 
-    /// The words that shells make of a line.
+    /// Splits a line into words by real shells.
     fn read_by_shells(words: &[String]) -> Vec<Vec<String>> {
         let shells = ["sh", "bash"].into_iter();
         let read = shells.filter_map(|shell| {

@@ -1,4 +1,4 @@
-//! The one reader of tables: bytes → two columns of numbers in SI, with the line of whatever is wrong.
+//! Reader of tables: bytes → two columns of numbers in SI, with the line of every error.
 //!
 //! Text in any [`encoding`](super::encoding) and [`dialect`](super::dialect), below the preamble of an instrument or not,
 //! lines ended by LF or CR LF. Lines that begin with `#` are comments and are kept. The first other line is the header; a
@@ -25,14 +25,13 @@ use super::{
 /// Lines shown by `inspect`, and letters of each.
 const FIRST_LINES: usize = 6;
 const LONGEST_LINE: usize = 160;
-/// Letters of a column's name that are kept.
+/// Most letters of a column name.
 const LONGEST_NAME: usize = 1000;
 /// Most columns of a table.
 const MOST_COLUMNS: usize = 1000;
-/// Most comments that are kept.
 const MOST_COMMENTS: usize = 10_000;
 
-/// What stands in a record's file.
+/// Content of a record file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
     pub form: Form,
@@ -42,29 +41,27 @@ pub(super) struct Table {
     pub comments: Vec<String>,
     pub columns: Vec<Column>,
     pub chosen: Chosen,
-    /// Times, s; none where `grid` says them.
+    /// Times, s; empty if `grid` gives them.
     pub times: Vec<f64>,
-    /// What has been taken off all `times` (as written, and in s), where a double would not hold them: seconds since 1970.
+    /// Time subtracted from all `times` (as written, and in s) if a double cannot hold them: seconds since 1970.
     pub origin: Option<(Exact, f64)>,
     /// First instant and step (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
-    /// Unit of the last digit of the instants, s, where they are not even; 0 where they are, or where it is not known.
+    /// Unit of the last digit of uneven instants, s; 0 if they are even, or if unknown.
     pub digit: f64,
-    /// Values, SI.
     pub values: Vec<f64>,
-    /// Line of each sample, where there are lines.
+    /// Line of each sample, if the file has lines.
     pub lines: SampleLines,
     pub bridged: usize,
-    /// Rows without a value at both ends, which are left out.
+    /// Rows without a value at either end, which are left out.
     pub blank_ends: usize,
-    /// What was assumed of the instants, and what looks wrong in them.
+    /// Assumptions and warnings about the instants.
     pub assumptions: Vec<String>,
     pub warnings: Vec<String>,
     /// Whether the last line has no line end.
     pub open_end: bool,
 }
 
-/// How a file is written.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Form {
     Text(Box<TextForm>),
@@ -84,11 +81,11 @@ impl Form {
     }
 }
 
-/// How a table of text is written.
+/// Format of a table of text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TextForm {
     pub encoding: Encoding,
-    /// Line and byte of the first character that is no UTF-8.
+    /// Line and byte of the first character that is not UTF-8.
     pub foreign: Option<(u64, u8)>,
     pub dialect: Dialect,
     pub preamble: Option<Preamble>,
@@ -98,7 +95,7 @@ pub(super) struct TextForm {
     pub units_line: Option<u64>,
     /// Whether every row ends with a delimiter.
     pub trailing: bool,
-    /// The segment read, and how many there are.
+    /// Number of the segment read, and of all segments.
     pub segment: Option<(usize, usize)>,
     /// Whether runs of blanks separate the cells.
     pub blanks: bool,
@@ -111,7 +108,7 @@ pub(super) struct Rows<'a> {
     pub record: ByteRecord,
     counted_to: usize,
     pub line: u64,
-    /// Whether rows of delimiters alone count: without a column of time they are instants.
+    /// Whether empty rows count: without a time column they are instants.
     blanks_count: bool,
 }
 
@@ -140,7 +137,7 @@ impl<'a> Rows<'a> {
         false
     }
 
-    /// The cells of a header, each as long as a name can be.
+    /// The cells of a header, cut to the longest name.
     fn cells(&self) -> Vec<String> {
         self.record.iter().map(|cell| shortened(text(cell), LONGEST_NAME)).collect()
     }
@@ -151,7 +148,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// A cell of the row at hand.
+/// A cell of the current row.
 pub(super) fn text_of<'a>(rows: &'a Rows<'_>, column: usize) -> &'a str {
     text(rows.record.get(column).unwrap_or_default())
 }
@@ -175,7 +172,7 @@ pub(super) fn is_missing(cell: &str) -> bool {
         .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// The columns of a table of text as its first bytes name them; `bytes` end with a line.
+/// The columns of a table of text according to its first bytes; `bytes` end with a line.
 pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
     let text = separated::with_line_ends(encoding::decode(path, bytes)?.text);
     let preamble = preamble::recognise(path, &text, options.dataset)?;
@@ -386,8 +383,8 @@ pub(super) fn read(
 }
 
 impl Table {
-    /// Whether the record is over at a row of words: what is below is text, or another table with a header of its own. Rows that go on in time
-    /// below a word are the same table with a wrong cell, and a header that is there again is that of another record.
+    /// Whether the record ends at a row of words, before text or another table with its own header. If rows below
+    /// continue in time, the row is a wrong cell of the same table; a repeated header starts another record.
     fn is_over(&self, rows: &Rows<'_>, dialect: Dialect) -> bool {
         let Some(time) = self.chosen.time else { return false };
         // Keys may stand beside the rows.
@@ -411,7 +408,7 @@ impl Table {
             if is_row(&below) {
                 let instant =
                     number(text_of(&below, time), dialect.decimal).map_or(f64::NAN, |it| it * self.chosen.time_factor);
-                // A header and its units, or instants that begin anew.
+                // A header and its units, or instants that begin again.
                 return words > 1 || self.times.last().is_some_and(|last| instant <= last + self.origin());
             }
             words += 1;
@@ -420,7 +417,7 @@ impl Table {
     }
 }
 
-/// The columns and where they stand.
+/// The columns and the position of their header.
 struct Header {
     columns: Vec<Column>,
     line: Option<u64>,
@@ -429,7 +426,8 @@ struct Header {
     commented: bool,
 }
 
-/// The comment above the first row as a header, where it is as wide and names a time with its unit: so some programs write one.
+/// The comment above the first row as a header, if it is as wide and names a time with its unit, as some programs
+/// write it.
 fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<Vec<String>> {
     let end = rows.reader.position().byte() as usize;
     let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
@@ -502,7 +500,7 @@ impl Header {
         if rows.advance() { Ok(()) } else { Err(MeasurementError::NoRows { place: Place::line(path, line) }) }
     }
 
-    /// A row of units: no cell is a number, at least one looks like a unit, none begins like a number.
+    /// Takes a row of units: no cell is a number, at least one looks like a unit, none begins like a number.
     fn take_units(&mut self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
         let mut cells = rows.cells();
         // A delimiter may end this row and not the one above.
@@ -534,7 +532,7 @@ pub(super) fn shortened(text: &str, longest: usize) -> String {
     }
 }
 
-/// Lines of more cells than any table has, before memory is taken for each cell.
+/// Refuses lines with too many cells before memory is allocated for them.
 fn refuse_width(path: &Path, bytes: &[u8], first: u64, delimiter: Delimiter) -> Result<(), MeasurementError> {
     let long = bytes.split(|&byte| byte == b'\n').zip(first..).filter(|(line, _)| line.len() > MOST_COLUMNS);
     for (line, number) in long {
@@ -547,8 +545,8 @@ fn refuse_width(path: &Path, bytes: &[u8], first: u64, delimiter: Delimiter) -> 
     Ok(())
 }
 
-/// A record of unsaid kind is a horn-tip record if it is named so or holds no velocity but a displacement, and a hydrophone's if it is named
-/// so or holds a pressure and no motion.
+/// A record of unstated kind is a horn-tip record if its name says so or if it holds a displacement and no velocity,
+/// and a hydrophone record if its name says so or if it holds a pressure and no motion.
 pub(super) fn guess_kind(
     path: &Path,
     columns: &[Column],

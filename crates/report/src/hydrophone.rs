@@ -7,7 +7,6 @@ use super::{
 use granchain_model::response::Response;
 use granchain_signal::feature::{FeatureError, PressureFeatures, amplitude_spectrum};
 
-/// Highest frequency drawn, Hz.
 const HIGHEST: f64 = 1.2e6;
 /// Lowest level drawn, dB re the fundamental.
 const LOWEST_DB: f64 = -60.0;

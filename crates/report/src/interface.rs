@@ -65,9 +65,7 @@ pub struct InterfaceGrid {
     pub courant: f64,
     /// Radius of the disc, m.
     pub disc_radius_m: f64,
-    /// Speed of sound, m/s.
     pub sound_speed_m_per_s: f64,
-    /// Density, kg/m³.
     pub density_kg_per_m3: f64,
     /// Highest frequency that the spacing resolves with three points a wavelength, Hz.
     pub highest_frequency_hz: f64,
@@ -104,13 +102,11 @@ impl InterfaceGrid {
         }
     }
 
-    /// The radii, m.
     #[must_use]
     pub fn radii(&self) -> Vec<f64> {
         (0..self.points).map(|point| point as f64 * self.dx_m).collect()
     }
 
-    /// The instants, s.
     #[must_use]
     pub fn times(&self) -> Vec<f64> {
         (0..self.instants).map(|instant| instant as f64 * self.dt_s).collect()

@@ -1,7 +1,7 @@
 //! Figures, tables, pages.
 //!
 //! [`figure`] draws a declarative figure to SVG or PNG; the other modules say which figures and tables a calibration, a
-//! replay, a sweep, a set of twins or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
+//! replay, a sweep, a set of synthetic records or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
 pub mod calibration;

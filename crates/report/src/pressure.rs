@@ -15,7 +15,6 @@ const LOWEST_DB: f64 = -40.0;
 pub struct Scenery {
     /// Radius of the disc, m.
     pub radius: f64,
-    /// Its thickness, m.
     pub thickness: f64,
     /// Points of the maps, from the axis out and from the disc's back on.
     pub grid: FieldGrid,
@@ -26,7 +25,6 @@ pub struct Scenery {
 /// A beam pattern at one frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beam {
-    /// Frequency, Hz.
     pub frequency: f64,
     /// |P| at each angle, of any unit, ≥ 0.
     pub amplitudes: Vec<f64>,

@@ -33,7 +33,7 @@ impl CausalShape {
         poles.into_iter().map(|[re, im]| [re / at, im / at]).collect()
     }
 
-    /// What it passes of a series; its delay at zero frequency is taken off the clock, as instruments do that state their delay.
+    /// Filters `series`. The delay at zero frequency is removed, as in instruments that state their delay.
     ///
     /// - `frequency`: where its gain is `gain`, Hz
     pub fn apply(self, series: &Series, frequency: f64, gain: f64) -> Series {
@@ -67,7 +67,7 @@ impl CausalShape {
     }
 }
 
-/// Angular frequency at which that Bessel filter has this gain.
+/// Angular frequency at which the Bessel filter has the gain `gain`.
 fn bessel_frequency(gain: f64) -> f64 {
     let of = |w: f64| 105.0 / (w.powi(4) - 45.0 * w * w + 105.0).hypot(105.0 * w - 10.0 * w.powi(3));
     let (mut low, mut high) = (0.0, 50.0);

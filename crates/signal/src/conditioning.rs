@@ -1,13 +1,13 @@
-//! The lab's chain for a simulated trace: bandwidth, delay, sign, and the lab's own instants.
+//! Instrument model for simulated traces: bandwidth, delay, sign and sample instants of the record.
 
 use super::{LowPass, Resampler, Series};
 
-/// What lies between the true motion and the recorded samples.
+/// Instrument model between true motion and recorded samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conditioning {
     /// −6 dB point of a zero-phase low-pass, Hz; `None` leaves the trace as it is.
     pub bandwidth: Option<f64>,
-    /// How much later than the motion the record shows it, s.
+    /// Delay of the record behind the motion, s.
     pub delay: f64,
     /// Whether the record has the opposite sign.
     pub invert: bool,
@@ -20,7 +20,7 @@ pub struct Conditioning {
 }
 
 impl Conditioning {
-    /// What is needed to bring a trace onto the instants of `record`: nothing but resampling.
+    /// Resampling onto the instants of `record`, without filter, delay or change of sign.
     pub fn onto(record: &Series) -> Self {
         Self { bandwidth: None, delay: 0.0, invert: false, start: record.start, step: record.step, count: record.len() }
     }
@@ -37,8 +37,7 @@ impl Conditioning {
         }
     }
 
-    /// `trace` as the lab would have recorded it. Where the record begins before or ends after the trace, the trace's end
-    /// values are held.
+    /// `trace` as the instrument would record it. Outside the trace its end values are held.
     pub fn apply(&self, trace: &Series) -> Series {
         self.plan(trace.start, trace.step, trace.len()).apply(&trace.values)
     }
@@ -71,8 +70,9 @@ impl Conditioner {
     }
 }
 
-/// What is left of samples about their running mean over `width` of them: about that of the first and last `width` nearer to an end, about the whole
-/// of fewer samples. Offset, drift and hum of an instrument go, and lines of which `width` holds whole periods pass as they are.
+/// Samples minus their running mean over `width` samples. Within `width` of an end, the mean of the first or last
+/// `width` samples is subtracted; a shorter series loses its overall mean. This removes offset, drift and hum. Lines
+/// of which `width` holds whole periods pass unchanged.
 ///
 /// ```
 /// use granchain_signal::about_running_mean;
@@ -98,7 +98,7 @@ pub fn about_running_mean(values: &[f64], width: usize) -> Vec<f64> {
     values.iter().enumerate().map(about).collect()
 }
 
-/// By how much the mean over `width` samples wanders, from smallest to largest; 0 of fewer samples.
+/// Range (largest minus smallest value) of the running mean over `width` samples; 0 for a shorter series.
 ///
 /// ```
 /// use granchain_signal::wander;

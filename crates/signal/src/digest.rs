@@ -1,10 +1,7 @@
-//! What a file is known by.
-
 use std::fmt::Write;
 
 use sha2::{Digest, Sha256};
 
-/// SHA-256, hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }

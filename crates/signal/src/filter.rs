@@ -1,5 +1,3 @@
-//! Zero-phase low-pass filter.
-
 use std::{
     collections::BTreeMap,
     fmt,
@@ -44,12 +42,12 @@ struct Plan {
 
 type Transforms = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
 
-/// Largest size of which transforms are kept, and of how many sizes: at most some 60 MB.
+/// Largest transform size whose plan is kept; with the limit on the number of sizes at most about 60 MB.
 const LARGEST_KEPT: usize = 1 << 16;
 const SIZES_KEPT: usize = 32;
 
-/// The transforms of a size. Planning them takes five times as long as a filter's use, and every run may fall otherwise, so they are kept from filter to
-/// filter. Each size has a planner of its own: what one is made of must not depend on those that were made before.
+/// Cached transforms of one size. Planning takes five times as long as applying a filter. Each size has its own
+/// planner, so that a plan does not depend on those made before.
 fn transforms(size: usize) -> Transforms {
     static KEPT: Mutex<BTreeMap<usize, Transforms>> = Mutex::new(BTreeMap::new());
     let plan = || {
@@ -78,12 +76,13 @@ impl LowPass {
         Self::falling(step, len, cutoff, 1.0)
     }
 
-    /// The same with the slow fall of a Bessel filter or an analogue decoder: gain exp(−ln 2 (f/cutoff)²), 0.84 at half the cutoff, ½ at it.
+    /// The same with the slow roll-off of a Bessel filter or an analogue vibrometer: gain exp(−ln 2 (f/cutoff)²), 0.84
+    /// at half the cutoff, ½ at the cutoff.
     pub fn gaussian(step: f64, len: usize, cutoff: f64) -> Self {
         Self::falling(step, len, cutoff, 0.0)
     }
 
-    /// Between the two: `steepness` of [`LowPass::new`], the rest of [`LowPass::gaussian`].
+    /// A blend of both: `steepness` parts of [`LowPass::new`], the rest of [`LowPass::gaussian`].
     pub fn falling(step: f64, len: usize, cutoff: f64, steepness: f64) -> Self {
         let longest = len.saturating_sub(1);
         let cycles = cutoff * step;
@@ -174,13 +173,13 @@ impl LowPass {
 }
 
 struct Kernel {
-    /// Its middle and what follows.
+    /// Weight at the centre and those to its right.
     right: Vec<f64>,
     sum: f64,
 }
 
 impl Kernel {
-    /// One that reaches `exact` samples, of which the series has `longest` to either side.
+    /// A kernel that needs `exact` samples on either side, where the series has `longest`.
     fn new(exact: f64, longest: usize, at: impl Fn(f64) -> f64) -> Self {
         let half = (exact.ceil() as usize).min(longest);
         let right: Vec<f64> = (0..=half).map(|i| at(i as f64)).collect();
@@ -208,7 +207,8 @@ fn fast_size(least: usize) -> usize {
     (least.div_ceil(2)..).find(|&n| is_fast(n)).map_or(2 * least, |n| 2 * n)
 }
 
-/// `series` without what lies above `cutoff` (Hz), zero phase; [`LowPass`] states gain, transition and edge handling.
+/// `series` with content above `cutoff` (Hz) removed, zero phase; [`LowPass`] states gain, transition and edge
+/// handling.
 pub fn low_pass(series: &Series, cutoff: f64) -> Series {
     let filter = LowPass::new(series.step, series.len(), cutoff);
     Series::new(series.start, series.step, filter.apply(&series.values))
@@ -225,7 +225,7 @@ mod tests {
         Series::new(0.0, STEP, (0..8000).map(|i| (2.0 * PI * frequency * STEP * i as f64 + phase).sin()).collect())
     }
 
-    /// Largest difference away from the ends, where the kernel sees no continuation.
+    /// Largest difference away from the ends, where continuation has no effect.
     fn inner_difference(a: &Series, b: &Series) -> f64 {
         a.values.iter().zip(&b.values).skip(200).take(7600).fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
     }

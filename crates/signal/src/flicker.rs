@@ -1,4 +1,4 @@
-//! Noise whose power goes as 1/f below some frequency, white above it.
+//! Noise with a power density of 1/f below a corner frequency and constant above.
 
 use std::f64::consts::{LN_2, TAU};
 
@@ -13,15 +13,17 @@ pub struct NoiseSpectrum {
     pub flicker: f64,
 }
 
-/// Fewest samples that give a spectrum.
+/// Fewest samples for a spectrum.
 const FEWEST: usize = 64;
-/// Twice the gain of the logarithm of the likelihood from which noise is said to have a 1/f part: by chance one record in a thousand.
+/// Twice the gain in log-likelihood above which a 1/f part is significant: exceeded by chance in one record of a
+/// thousand.
 const GAIN: f64 = 10.8;
 /// Ratio of the corners of two neighbouring sections of the generator.
 const RATIO: f64 = 4.0;
 
 impl NoiseSpectrum {
-    /// Of samples at rest, by Whittle's likelihood of their periodogram (Hann window); white where a 1/f part is not significant. `None` of too few.
+    /// Estimates the spectrum of samples at rest by Whittle's likelihood of their periodogram (Hann window). White if
+    /// a 1/f part is not significant; `None` for too few samples.
     pub fn of(quiet: &[f64], step: f64) -> Option<Self> {
         let n = quiet.len();
         if n < FEWEST {
@@ -70,12 +72,13 @@ impl NoiseSpectrum {
 /// A source of 1/f noise: a sum of first-order sections whose corners are a factor of four apart.
 #[derive(Debug, Clone)]
 pub struct FlickerSource {
-    /// What is kept from sample to sample, what is added, and the state of each.
+    /// Per section: decay factor, gain of the input, state.
     sections: Vec<[f64; 3]>,
 }
 
 impl FlickerSource {
-    /// Of density `flicker`/f down to `lowest` (Hz) for samples every `step` seconds; `draw` gives standard normal numbers.
+    /// A source of density `flicker`/f down to `lowest` (Hz) for samples every `step` seconds; `draw` gives standard
+    /// normal numbers.
     pub fn new(flicker: f64, step: f64, lowest: f64, mut draw: impl FnMut() -> f64) -> Self {
         let highest = 0.5 / step;
         let count = ((highest / lowest).ln() / (2.0 * LN_2)).ceil().max(1.0) as usize + 1;
@@ -113,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn white_and_flicker_noise_are_told_apart_with_their_strengths() {
+    fn white_and_flicker_noise_are_separated_with_their_strengths() {
         let (step, mut seed) = (1e-7, 11);
         let mut found = Vec::new();
         for _ in 0..40 {

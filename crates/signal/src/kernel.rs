@@ -1,4 +1,4 @@
-//! The Kaiser-windowed sinc behind every filter here, and what stands in for samples beyond a record's ends.
+//! Kaiser-windowed sinc of all filters here, and continuation of a record beyond its ends.
 //!
 //! h(x) = 2c sinc(2c x) · I₀(β √(1 − (x/L)²))/I₀(β) for |x| ≤ L, else 0; x in samples, c the −6 dB cutoff in cycles a
 //! sample, L half the length. The design is for 100 dB: β = 0.1102 (100 − 8.7), and a transition band of full width Δ
@@ -9,7 +9,6 @@
 
 use std::f64::consts::PI;
 
-/// Design attenuation, dB.
 const ATTENUATION_DB: f64 = 100.0;
 
 /// β of the Kaiser window.

@@ -1,4 +1,4 @@
-//! Numbers as a reader wants them: consistent significant digits, a true minus sign, engineering prefixes.
+//! Numbers for readers: consistent significant digits, a true minus sign, engineering prefixes.
 
 /// `value` with `digits` decimals and a true minus sign; −0 is 0.
 pub fn fixed(value: f64, digits: usize) -> String {
@@ -10,7 +10,7 @@ pub fn fixed(value: f64, digits: usize) -> String {
     }
 }
 
-/// `value` to `figures` significant figures, without an exponent where a reader can do without (1e-4 … 1e6).
+/// `value` to `figures` significant figures, without an exponent between 1e-4 and 1e6.
 ///
 /// ```
 /// use granchain_signal::number::significant;
@@ -51,7 +51,7 @@ pub fn short(value: f64) -> String {
     power.map_or(number.to_owned(), |power| format!("{number}×{power}"))
 }
 
-/// `value` with `uncertainty` deciding the last digit: two significant figures of the uncertainty.
+/// `value` rounded to two significant figures of its `uncertainty`.
 ///
 /// ```
 /// use granchain_signal::number::to_uncertainty;
@@ -96,7 +96,7 @@ pub fn power_of_ten(exponent: i32) -> String {
     text
 }
 
-/// A unit as people write it: raised dots and exponents instead of spaces, stars and carets; `1` stays.
+/// A unit with raised dots and exponents instead of spaces, stars and carets; `1` stays.
 ///
 /// ```
 /// use granchain_signal::number::unit;

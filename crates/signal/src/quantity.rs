@@ -30,27 +30,17 @@ impl Dimension {
         Self { metre, kilogram, second, volt: 0 }
     }
     pub const NONE: Self = Self::of(0, 0, 0);
-    /// Length, m.
     pub const LENGTH: Self = Self::of(4, 0, 0);
-    /// Mass, kg.
     pub const MASS: Self = Self::of(0, 4, 0);
-    /// Time, s.
     pub const TIME: Self = Self::of(0, 0, 4);
-    /// Frequency, Hz.
     pub const FREQUENCY: Self = Self::of(0, 0, -4);
-    /// Velocity, m/s.
     pub const VELOCITY: Self = Self::of(4, 0, -4);
-    /// Acceleration, m/s².
     pub const ACCELERATION: Self = Self::of(4, 0, -8);
-    /// Force, N.
     pub const FORCE: Self = Self::of(4, 4, -8);
-    /// Energy, J.
     pub const ENERGY: Self = Self::of(8, 4, -8);
     /// Pressure or elastic modulus, Pa.
     pub const PRESSURE: Self = Self::of(-4, 4, -8);
-    /// Density, kg/m³.
     pub const DENSITY: Self = Self::of(-12, 4, 0);
-    /// Stiffness, N/m.
     pub const STIFFNESS: Self = Self::of(0, 4, -8);
     /// Hertz stiffness, N·m^(-3/2).
     pub const HERTZ_STIFFNESS: Self = Self::of(-2, 4, -8);
@@ -60,15 +50,14 @@ impl Dimension {
     pub const KUWABARA_KONO_DAMPING: Self = Self::of(-2, 4, -4);
     /// Attenuation of an amplitude along a path, Np/m (1 dB = ln 10/20 Np).
     pub const ATTENUATION: Self = Self::of(-4, 0, 0);
-    /// Electric potential, V.
     pub const VOLTAGE: Self = Self { metre: 0, kilogram: 0, second: 0, volt: 4 };
 
-    /// What a person calls it, with its article: "a length"; `None` for a dimension without a common name.
+    /// Name with its article, such as "a length"; `None` for a dimension without a common name.
     pub fn name(self) -> Option<&'static str> {
         self.known().map(|known| known.name)
     }
 
-    /// Its unit in SI as written for people: `m/s`, `N·s·m^(-3/2)`; empty for a pure number.
+    /// Its SI unit, `m/s` or `N·s·m^(-3/2)`; empty for a pure number.
     pub fn si_unit(self) -> String {
         self.known().map_or_else(|| self.base_units("·"), |known| known.people.to_owned())
     }
@@ -200,7 +189,7 @@ impl Quantity {
         Self { value, dimension }
     }
 
-    /// Read a number with its unit; without one it is a pure number.
+    /// Reads a number with its unit; without a unit it is a pure number.
     ///
     /// # Errors
     /// A [`QuantityError`] that says what could not be read, with the nearest known unit.
@@ -228,7 +217,7 @@ impl Quantity {
         Err(QuantityError::WrongDimension { expected, actual: quantity.dimension, found })
     }
 
-    /// The quantity in ASCII with a prefix that reads well, such as `0.5 mm` or `3660 N s/m^1.5`.
+    /// The quantity in ASCII with a convenient prefix, such as `0.5 mm` or `3660 N s/m^1.5`.
     ///
     /// Reading it back gives the same `f64`; with a unit that has a half exponent no prefix is used.
     pub fn format_si(&self) -> String {
@@ -257,8 +246,8 @@ impl Quantity {
     }
 }
 
-/// Sorts ways to write a number: first those between 0.1 and 1000, then the shortest, then the one with fewer trailing zeros,
-/// then the one with the smaller prefix. Times here are microseconds unless another prefix is shorter.
+/// Sort key for ways to write a number: between 0.1 and 1000 first, then the shortest, then fewer trailing zeros, then
+/// the smaller prefix. Times are in microseconds unless another prefix is shorter.
 fn readability(number: &str, power: i32, dimension: Dimension) -> (bool, usize, usize, i32) {
     let magnitude = number.parse::<f64>().map_or(0.0, f64::abs);
     if magnitude == 0.0 {
@@ -307,7 +296,7 @@ fn prefix(power: i32, people: bool) -> &'static str {
     }
 }
 
-/// For people: `3.96 µm`, `0.3 N·s/m`.
+/// Typeset form: `3.96 µm`, `0.3 N·s/m`.
 impl fmt::Display for Quantity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.pad(&self.written(true))

@@ -1,4 +1,4 @@
-//! Reading back what the program wrote, with a limit: a path may lead to a device, to a pipe, or to a file of any size.
+//! Reads files of the program with a size limit: a path may lead to a device, a pipe, or a file of any size.
 
 use std::{
     fs::{self, File},
@@ -9,7 +9,7 @@ use std::{
 /// Largest summary, manifest, list or plan that the program reads back, bytes.
 pub const SMALL: u64 = 64 << 20;
 
-/// Largest saved state, result or frame that it reads back, bytes.
+/// Largest saved state, result or frame read back, bytes.
 pub const LARGE: u64 = 4 << 30;
 
 /// All bytes of a plain file that has at most `most` of them.

@@ -1,4 +1,4 @@
-//! Samples that are not valid: bridged the same way in a record and in what is compared with it.
+//! Bridges invalid samples, the same way in records and in simulated traces.
 
 use serde::Serialize;
 
@@ -6,9 +6,9 @@ use super::Series;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gap {
-    /// Last valid instant before it, s; −∞ where a series begins inside.
+    /// Last valid instant before the gap, s; −∞ if a series begins inside it.
     pub from: f64,
-    /// First valid instant behind it, s; +∞ where a series ends inside.
+    /// First valid instant after the gap, s; +∞ if a series ends inside it.
     pub to: f64,
     /// Length of each of the four means that carry the bridge, two on either side, s.
     pub support: f64,

@@ -7,7 +7,7 @@ use super::kernel::{Tabulated, continued, half_length, windowed_sinc};
 
 /// Full width of the transition band, as a fraction of the lower of the two sample rates.
 const TRANSITION: f64 = 0.1;
-/// Fractions of a sample are told apart to 2⁻³² of it; the error of a tone is below π 2⁻³² of its amplitude.
+/// Fractions of a sample are resolved to 2⁻³²; the error of a tone is below π 2⁻³² of its amplitude.
 const PHASES: f64 = 4_294_967_296.0;
 /// Most weights kept in a plan (16 MB); a plan that needs more computes them as it goes.
 const KEPT_WEIGHTS: usize = 1 << 21;
@@ -75,8 +75,8 @@ impl Resampler {
         Self::with_ratio(input_start, input_step, input_len, start, step, count, input_step / step)
     }
 
-    /// As `new`, for an input that holds nothing above half the output rate (low-passed to 0.43 of it): pure
-    /// interpolation, which neither filters again nor pays for it when the rate is lowered.
+    /// As `new`, for an input without content above half the output rate (low-passed to 0.43 of it): pure
+    /// interpolation, without a second filter.
     pub fn interpolating(
         input_start: f64,
         input_step: f64,

@@ -13,7 +13,7 @@ pub struct Series {
     pub values: Vec<f64>,
 }
 
-/// Mean, and rms about it; 0 of none.
+/// Mean, and rms about it; 0 for no values.
 pub fn mean_and_rms(values: &[f64]) -> (f64, f64) {
     if values.is_empty() {
         return (0.0, 0.0);
@@ -42,7 +42,6 @@ impl Series {
         self.values.is_empty()
     }
 
-    /// Samples a second, Hz.
     pub fn sample_rate(&self) -> f64 {
         1.0 / self.step
     }
@@ -61,7 +60,7 @@ impl Series {
         Self { start: self.time(first), step: self.step, values: self.values[first..past].to_vec() }
     }
 
-    /// The same instants with every value passed through `f`.
+    /// The same instants with `f` applied to every value.
     pub fn map(&self, f: impl FnMut(f64) -> f64) -> Self {
         Self { start: self.start, step: self.step, values: self.values.iter().copied().map(f).collect() }
     }

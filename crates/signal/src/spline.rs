@@ -21,7 +21,7 @@ pub fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
     b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
 }
 
-/// What lies beyond the first and the last sample.
+/// Continuation beyond the first and the last sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
     /// Zeros: the spline leaves the samples smoothly and dies out within a few steps (by a factor 0.43 each) beyond them.
@@ -43,7 +43,6 @@ pub enum Ends {
 pub struct Spline {
     /// Instant of the first piece's left end, s.
     start: f64,
-    /// 1/step.
     rate: f64,
     /// Polynomial of each interval in u = (t − t_i)/step, rising powers.
     pieces: Vec<[f64; 6]>,
@@ -51,7 +50,7 @@ pub struct Spline {
     outside: [f64; 2],
 }
 
-/// Samples added at each side: 0.4306⁴⁸ = 3e-18 of what was cut off remains.
+/// Samples added at each side: the truncated part is 0.4306⁴⁸ = 3e-18.
 const PADDING: usize = 48;
 
 impl Spline {
@@ -60,7 +59,7 @@ impl Spline {
         Self::between(series, [ends; 2])
     }
 
-    /// The spline through all samples of `series` with its own kind of end at either side.
+    /// The spline through all samples of `series`, with a separate end condition on each side.
     pub fn between(series: &Series, ends: [Ends; 2]) -> Self {
         let count = series.len();
         if count == 0 {

@@ -1,11 +1,11 @@
-//! Units by themselves: `mm/s`, `N s m^-3/2`, `kg/m³`.
+//! Units without a number: `mm/s`, `N s m^-3/2`, `kg/m³`.
 
 use super::{Dimension, QuantityError, quantity::WHOLE};
 
 /// The exponent 1, and one power of ten.
 const QUARTERS: i32 = WHOLE as i32;
 
-/// A unit: how many SI units it is, and of which dimension.
+/// A unit: its factor to SI and its dimension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Value in SI = number × `factor`.
@@ -37,12 +37,12 @@ impl Unit {
     }
 }
 
-/// A unit with its power of ten kept apart, so that prefixes cost no rounding.
+/// A unit with its power of ten stored separately, so that prefixes cause no rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scale {
     /// Four times the power of ten.
     decades: i32,
-    /// The rest of the factor: 60 for a minute.
+    /// Factor besides the power of ten: 60 for a minute.
     factor: f64,
     pub(super) dimension: Dimension,
 }
@@ -93,7 +93,7 @@ const PREFIXES: [(&str, i32); 20] = [
     ("y", -24),
 ];
 
-/// What a misspelt unit was probably meant to be.
+/// Candidates for a misspelt unit.
 const COMMON: [&str; 36] = [
     "m", "mm", "um", "nm", "cm", "km", "s", "ms", "us", "ns", "Hz", "kHz", "MHz", "GHz", "Pa", "kPa", "MPa", "GPa",
     "N", "mN", "uN", "kN", "kg", "g", "mg", "V", "mV", "kV", "J", "mJ", "uJ", "nJ", "W", "mW", "min", "%",
@@ -122,7 +122,7 @@ impl Scale {
         format!("{mantissa}e{exponent}").parse::<f64>().unwrap_or(f64::NAN) * rest * self.factor
     }
 
-    /// self × other^(`quarters`/4); `None` where an exponent grows beyond reason.
+    /// self × other^(`quarters`/4); `None` if an exponent becomes too large.
     fn times(self, other: Self, quarters: i32) -> Option<Self> {
         let sum = |a: i8, b: i8| {
             let product = i32::from(b) * quarters;
@@ -148,7 +148,7 @@ struct Reader<'a> {
     open: usize,
 }
 
-/// Most parentheses in one another.
+/// Largest nesting depth of parentheses.
 pub(super) const MOST_OPEN: usize = 32;
 
 impl<'a> Reader<'a> {

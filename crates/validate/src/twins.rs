@@ -1,6 +1,6 @@
 //! The proof of the intervals: records made with known truth, fitted as any record.
 //!
-//! Twins made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
+//! Synthetic records made on the reduced model can be fitted by the whole ladder, or by the chain alone: the second shows what the chain leaves out.
 
 mod levels;
 pub(crate) mod product;
@@ -29,25 +29,25 @@ use granchain_model::{
 };
 use granchain_signal::feature::Measurand;
 
-/// One twin in this many is fitted with both damping laws.
+/// One synthetic record in this many is fitted with both damping laws.
 const BOTH_LAWS_EVERY: u64 = 4;
 
 /// What is to be made and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TwinPlan {
-    /// Twins whose model is right.
+    /// Synthetic records whose model is right.
     pub count: u64,
-    /// Twins of each kind of wrong model.
+    /// Synthetic records of each kind of wrong model.
     pub wrong: u64,
     /// Runs of the chain's search, a fit.
     pub evaluations: usize,
     pub seed: u64,
-    /// What fits: the chain alone, or the chain corrected on the model that made the twins.
+    /// What fits: the chain alone, or the chain corrected on the model that made the synthetic records.
     pub fit: FittedBy,
     pub parameters: Vec<String>,
     /// What is drawn into every truth, and by the fit into every run.
     pub uncertainty: Uncertainty,
-    /// Damping law of all twins; without one they alternate.
+    /// Damping law of all synthetic records; without one they alternate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<DampingKind>,
 }
@@ -68,19 +68,19 @@ impl Default for TwinPlan {
     }
 }
 
-/// What a twin is fitted by.
+/// What a synthetic record is fitted by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FittedBy {
     /// The search on the chain with Hertz contacts.
     Chain,
-    /// The search on the chain with contacts as the twins' bodies have them at rest.
+    /// The search on the chain with contacts as the synthetic records' bodies have them at rest.
     FiniteBody,
-    /// That search, corrected on the model that made the twins.
+    /// That search, corrected on the model that made the synthetic records.
     Ladder,
 }
 
-/// What became of one twin.
+/// Result of one synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TwinOutcome {
     /// How the truth differs from the fitted model.
@@ -105,7 +105,7 @@ impl TwinOutcome {
     }
 }
 
-/// The fit of one twin.
+/// The fit of one synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TwinFit {
     pub estimates: Vec<Estimate>,
@@ -135,7 +135,7 @@ impl From<&Fit> for TwinFit {
 }
 
 impl TwinPlan {
-    /// Number of twins in all.
+    /// Number of synthetic records in all.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.count + 3 * self.wrong
@@ -147,7 +147,7 @@ impl TwinPlan {
         Ok(named.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
-    /// The scene of twin `number`; all stand on the annulus where its stiffness is fitted or drawn, for the rigid wall has none.
+    /// The scene of synthetic record `number`; all stand on the annulus where its stiffness is fitted or drawn, for the rigid wall has none.
     fn scene(&self, base: &Scene, number: u64) -> Scene {
         let stiff =
             self.uncertainty.support_stiffness > 0.0 || self.parameters.iter().any(|name| name == "support_stiffness");
@@ -156,9 +156,9 @@ impl TwinPlan {
     }
 }
 
-/// Make and fit the twins `part` of the plan's of `base` (six beads, a burst) on the model it asks for, right models first, then the wrong ones.
+/// Make and fit the synthetic records `part` of the plan's of `base` (six beads, a burst) on the model it asks for, right models first, then the wrong ones.
 ///
-/// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
+/// `finished` is called after each synthetic record; once `stop` says so no further synthetic record is begun, and the result is `None`.
 ///
 /// # Errors
 /// When the bodies of a scene cannot be made ready.
@@ -184,7 +184,7 @@ pub fn twins(
     Ok(outcomes)
 }
 
-/// The bodies of both supports, made ready once for all twins.
+/// The bodies of both supports, made ready once for all synthetic records.
 struct Workshop {
     bodies: [Bodies; 2],
 }
@@ -235,7 +235,7 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
     };
     let fitted = fit_to(&scene);
     let mut named_law = None;
-    // Every fourth twin of each of the four kinds of scene.
+    // Every fourth synthetic record of each of the four kinds of scene.
     if flaw == Flaw::None
         && plan.law.is_none()
         && (number / 4).is_multiple_of(BOTH_LAWS_EVERY)
@@ -253,7 +253,7 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
     TwinOutcome::of(flaw, Some(made.truth), fitted.as_ref().map(TwinFit::from).map_err(Clone::clone), named_law)
 }
 
-/// What fits a twin, through the calls that `calibrate` makes.
+/// Fits a synthetic record through the calls that `calibrate` makes.
 fn fit_one(workshop: &Workshop, scene: &Scene, csv: &[u8], plan: &TwinPlan, seed: u64) -> Result<Fit, String> {
     let mut fitted_by = match plan.fit {
         FittedBy::FiniteBody => chain_below(scene),
@@ -265,7 +265,7 @@ fn fit_one(workshop: &Workshop, scene: &Scene, csv: &[u8], plan: &TwinPlan, seed
     product::fit(&plan.definition(Measurand::Velocity, seed), &fitted_by, csv, Some(workshop.bodies(scene)))
 }
 
-/// What all twins together say of one parameter.
+/// Coverage and widths of one parameter over all synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterProof {
     pub name: String,
@@ -282,7 +282,7 @@ pub struct ParameterProof {
     pub median_bias: f64,
 }
 
-/// What all twins together say.
+/// Summary over all synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TwinProof {
     /// Each parameter. Intervals count whatever the verdict: one may not hide a miss behind `outside scatter`.
@@ -292,12 +292,12 @@ pub struct TwinProof {
     /// Right models that ended unconverged.
     pub unconverged: usize,
     pub without_fit: usize,
-    /// Twins fitted with both laws.
+    /// Synthetic records fitted with both laws.
     pub law_tests: usize,
     /// Of them: the right law named.
     pub right_law: usize,
     pub undecided_law: usize,
-    /// Twins fitted on every mount.
+    /// Synthetic records fitted on every mount.
     #[serde(default)]
     pub mount_tests: usize,
     /// Of them: the right mount named.

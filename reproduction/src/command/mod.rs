@@ -158,10 +158,8 @@ trait Shown: Divided {
     /// When they cannot be run.
     fn foretell(&self, session: &Session) -> anyhow::Result<()>;
 
-    /// What the terminal shows.
     fn text(&self, outcome: &Self::Outcome) -> String;
 
-    /// What `--json` prints.
     fn json(&self, outcome: &Self::Outcome) -> Value;
 
     /// The page and its files.

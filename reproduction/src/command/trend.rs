@@ -15,13 +15,11 @@ use granchain_report::page::Files;
 
 /// A law along one varied quantity, as it is shown.
 pub(super) trait Law: Varied + Serialize {
-    /// Name of the command.
     const NAME: &str;
 
     /// The page and its files.
     fn files(head: Head, study: &Study<Self>, laws: Vec<Self>) -> anyhow::Result<Files>;
 
-    /// What the terminal shows.
     fn text(laws: &[Self]) -> String;
 }
 

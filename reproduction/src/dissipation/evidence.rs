@@ -16,7 +16,6 @@ use std::f64::consts::TAU;
 pub struct TwoPeaks {
     /// Means of the positive and the negative peak, m/s.
     pub mean: [f64; 2],
-    /// Their variances, m²/s².
     pub variance: [f64; 2],
 }
 

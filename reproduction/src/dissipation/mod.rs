@@ -57,7 +57,6 @@ pub const THIRDS: [Ratio; 2] = [Ratio::new(1, 3), Ratio::new(2, 3)];
 pub const WATCHED: [Trait; 4] =
     [Trait::PositivePeak, Trait::NegativePeak, Trait::Level(THIRDS[0]), Trait::Level(THIRDS[1])];
 
-/// How much is run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DissipationPlan {
     /// Amplitude scales, ascending, ≥ 2.
@@ -80,7 +79,6 @@ pub struct DissipationPlan {
 type Levels = Vec<Vec<Result<Portrait, String>>>;
 
 impl DissipationPlan {
-    /// α by 0.1.
     #[must_use]
     pub fn whole(seed: u64) -> Self {
         let effects = EFFECTS.to_vec();
@@ -100,7 +98,6 @@ impl DissipationPlan {
         candidate.effects.iter().map(|effect| effect.spread(count)).collect()
     }
 
-    /// Runs of a candidate.
     fn runs(&self, candidate: &Candidate) -> usize {
         let settings: usize = self.axes(candidate).iter().map(Vec::len).product();
         settings * self.alphas.len() * self.members + 3 * self.confirming
@@ -160,13 +157,11 @@ impl Study {
         Ok(Self { plan, overrides: overrides.to_vec(), scene, settings, bodies, candidates, tried })
     }
 
-    /// What is run.
     #[must_use]
     pub fn plan(&self) -> &DissipationPlan {
         &self.plan
     }
 
-    /// Its bodies.
     #[must_use]
     pub fn bodies(&self) -> &Bodies {
         &self.bodies

@@ -1,5 +1,3 @@
-//! What came of candidates.
-
 use serde::{Deserialize, Serialize};
 
 use super::{Candidate, DissipationPlan};
@@ -14,7 +12,6 @@ use granchain_calibration::predict::{
 pub struct GridPoint {
     /// Strength of each effect, SI.
     pub strengths: Vec<f64>,
-    /// α, 1.
     pub alpha: f64,
     /// Mean and scatter of [`WATCHED`](super::WATCHED).
     pub moments: [Option<Moments>; 4],
@@ -30,7 +27,6 @@ pub struct Found {
     pub log_evidence_error: Option<f64>,
     /// α where the printed peaks are likeliest.
     pub alpha: f64,
-    /// Strengths there, SI.
     pub strengths: Vec<f64>,
     /// [`WATCHED`](super::WATCHED) as it was run there again; none where too few runs could tell.
     pub there: [Option<Spread>; 4],
@@ -77,7 +73,6 @@ pub struct CandidateOutcome {
     pub refused: Option<String>,
 }
 
-/// Everything.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DissipationOutcome {
     pub plan: DissipationPlan,

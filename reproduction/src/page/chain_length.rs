@@ -21,7 +21,6 @@ pub struct ChainLengthReport {
     pub model: &'static str,
     pub plan: TrendPlan,
     pub laws: Vec<ChainLengths>,
-    /// Drive frequency, Hz.
     pub drive_frequency: f64,
     pub command_line: String,
 }

@@ -224,7 +224,6 @@ fn findings(outcome: &DissipationOutcome) -> Vec<String> {
     said
 }
 
-/// Where A(f0/3)/A(f0) is largest.
 fn largest_at(outcome: &DissipationOutcome) -> String {
     let alphas = &outcome.plan.alphas;
     let step = alphas.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
@@ -423,7 +422,6 @@ fn place(
     outcome.ranked().enumerate().find(|(_, own)| choose(own.0)).map(|(index, own)| (index + 1, own))
 }
 
-/// Effects with their strengths.
 fn strengths(candidate: &Candidate, found: &Found) -> String {
     let own = candidate.effects.iter().zip(&found.strengths);
     own.map(|(effect, strength)| format!("{} {}", effect.name, quantity(effect, *strength)))

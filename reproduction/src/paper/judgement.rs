@@ -30,7 +30,6 @@ pub enum Verdict {
     NotTested,
 }
 
-/// A statement beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
     pub statement: Statement,

@@ -41,7 +41,6 @@ pub use judgement::{Judgement, Verdict, allowance, judge};
 pub use reading::{Change, READINGS, Reading, ReadingOutcome};
 pub use rigid::{RigidOutcome, RigidRun};
 
-/// How much is run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PaperPlan {
     /// Amplitude scales of the sweep, 1.
@@ -104,9 +103,7 @@ impl PaperPlan {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Law {
     pub name: &'static str,
-    /// Word of `damping.kind`.
     pub kind: &'static str,
-    /// Coefficient in SI.
     pub coefficient: f64,
     /// α of the comparison, 1.
     pub alpha: f64,
@@ -114,7 +111,6 @@ pub struct Law {
     pub own_line: Ratio,
 }
 
-/// The paper's two laws.
 pub const LAWS: [Law; 2] = [
     Law { name: "linear", kind: "linear", coefficient: 0.3, alpha: 0.5, own_line: Ratio::new(1, 3) },
     Law {
@@ -145,7 +141,6 @@ impl Law {
 /// One point of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepPoint {
-    /// α, 1.
     pub alpha: f64,
     /// Mean and scatter, in the order of [`Trait::all`].
     pub moments: PortraitMoments,
@@ -182,7 +177,6 @@ impl LawOutcome {
     }
 }
 
-/// Everything.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PaperOutcome {
     pub plan: PaperPlan,
@@ -194,7 +188,6 @@ pub struct PaperOutcome {
     pub rigid: RigidOutcome,
     /// Both laws at their own α.
     pub laws: Vec<LawOutcome>,
-    /// Both laws over α.
     pub sweeps: Vec<Vec<SweepPoint>>,
     /// Both laws under each reading, by rank.
     pub readings: Vec<Vec<ReadingOutcome>>,
@@ -239,13 +232,11 @@ impl Study {
         &self.scenes
     }
 
-    /// Their bodies.
     #[must_use]
     pub fn bodies(&self) -> &Bodies {
         &self.bodies
     }
 
-    /// What is run.
     #[must_use]
     pub fn plan(&self) -> &PaperPlan {
         &self.plan
@@ -307,7 +298,6 @@ impl Study {
         points.collect()
     }
 
-    /// What sees its runs.
     fn seen(&self) -> Seen<'_> {
         Seen { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings, every: 1 }
     }
@@ -323,7 +313,6 @@ pub enum PaperPoint {
     Rigid(Series),
     /// A law at its own α.
     Law(LawRuns),
-    /// A law over α.
     Sweep(Members),
     /// A law under a reading, or as it is for comparison; why not, where it could not be run.
     Reading(Result<PortraitMoments, String>),
@@ -347,7 +336,6 @@ enum Work {
     Rigid(ModelKind),
     /// A law, by its place, at its own α.
     Law(usize),
-    /// A law over α.
     Sweep(usize),
     /// A law under a reading.
     Reading(usize, reading::Point),
@@ -366,7 +354,6 @@ impl Study {
         ]
     }
 
-    /// What every point runs.
     fn work(&self) -> Vec<Work> {
         self.stages_of_work().into_iter().flat_map(|(_, work)| work).collect()
     }

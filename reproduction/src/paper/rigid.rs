@@ -23,7 +23,6 @@ pub struct RigidRun {
     pub model: &'static str,
     /// Largest velocity in the last window's span from the start, m/s.
     pub positive_peak_m_per_s: f64,
-    /// Smallest, m/s.
     pub negative_peak_m_per_s: f64,
     /// Rms difference from the first model over its rms, in each of the windows of the study, 1.
     pub differences: Vec<f64>,

@@ -29,7 +29,6 @@ impl Quantiles {
 /// One run as it is measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Run {
-    /// Drive, m.
     pub drive_m: f64,
     pub pressure: PressureFeatures,
     /// Largest size of the velocity of the last bead's far pole, m/s.
@@ -39,7 +38,6 @@ pub struct Run {
 /// All runs at one drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
-    /// Nominal drive, m.
     pub drive_m: f64,
     /// Larger peak of the pressure, Pa.
     pub pressure_pa: Option<Quantiles>,
@@ -49,7 +47,6 @@ pub struct Cell {
     pub content_hz: Option<Quantiles>,
     /// −6 dB width of the strongest band, Hz.
     pub band_width_hz: Option<Quantiles>,
-    /// Total harmonic distortion, 1.
     pub thd: Option<Quantiles>,
     /// Velocity of the pole, m/s.
     pub velocity_m_per_s: Option<Quantiles>,

@@ -1,20 +1,19 @@
-//! What of the printed pressure a horn's tip that gives way explains.
+//! How much of the published pressure a compliant horn tip explains.
 
 use serde::Serialize;
 
 use super::{Cell, OWN, PRINTED_PRESSURE, WaterOutcome};
 
-/// A tip that gives way, whose free motion is the printed drive, before the scene's own disc.
+/// A compliant tip, whose free motion is the printed drive, before the scene's own disc.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LoadedTip {
-    /// Modal mass, kg.
     pub mass_kg: f64,
     pub quality: f64,
     /// The runs; where none could be made, why.
     pub cell: Cell,
 }
 
-/// How much of the factor between ours and the printed pressure a tip that gives way explains.
+/// How much of the factor between ours and the printed pressure a compliant tip explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Explained {
     /// Median pressure under the tip that moves as prescribed, Pa.
@@ -26,7 +25,7 @@ pub struct Explained {
 }
 
 impl WaterOutcome {
-    /// What a tip that gives way explains; none where none could be run.
+    /// What a compliant tip explains; none where none could be run.
     #[must_use]
     pub fn explained(&self) -> Option<Explained> {
         let own = self.combinations.iter().find(|outcome| outcome.combination == OWN)?;

@@ -118,7 +118,7 @@ fn a_printed_peak_agrees_within_two_scatters_one_per_cent_of_drive_and_half_a_di
 }
 
 #[test]
-fn the_law_closer_to_the_measurement_is_told_by_both_peaks() {
+fn both_peaks_show_the_law_closer_to_the_measurement() {
     let near = with_peaks(0, MEASURED.positive_m_per_s, MEASURED.negative_m_per_s, 0.01);
     assert_eq!(judgement(&near, "linear.best-law").verdict, Verdict::Agrees);
     let far = with_peaks(0, 0.9, -0.9, 0.01);

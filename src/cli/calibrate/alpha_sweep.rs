@@ -19,7 +19,6 @@ use crate::{
     },
 };
 
-/// Points of the sweep.
 const POINTS: usize = 21;
 
 /// Perturbed runs a point, of the chain alone (as many as run side by side) and in front of a disc, where a run takes ten times as long.

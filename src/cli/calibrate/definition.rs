@@ -24,9 +24,7 @@ use crate::{
 /// The bytes of records that are in memory, record by record, in place of the files that stand in their place in the arguments.
 #[derive(Debug, Clone, Default)]
 pub struct InMemory {
-    /// What is fitted to.
     pub measured: Vec<Option<Vec<u8>>>,
-    /// What drove it.
     pub drives: Vec<Option<Vec<u8>>>,
 }
 
@@ -98,7 +96,6 @@ fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// `--uncertainty`, by name.
 pub fn uncertainties(flags: &[String]) -> anyhow::Result<Vec<(String, Number)>> {
     let parsed = flags.iter().map(|text| match text.split_once('=') {
         Some((name, value)) => Ok((name.trim().into(), Number::Text(value.trim().into()))),

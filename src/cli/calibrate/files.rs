@@ -34,9 +34,7 @@ impl Watch for Stop {
     }
 }
 
-/// Everything but the times.
 pub struct Files {
-    /// What `calibration.json` says.
     pub outcome: CalibrationOutcome,
     /// Every file, the manifest last.
     pub files: report::page::Files,

@@ -94,7 +94,7 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
     Ok(inputs)
 }
 
-/// A mesh file, which every fit read anew, if it still is what it was before the first run.
+/// A mesh file, which every fit read again, if it still is what it was before the first run.
 fn unchanged(mesh: PathBuf, before: &[Input]) -> anyhow::Result<Input> {
     let now = Input::digest(mesh)?;
     if !before.contains(&now) {

@@ -142,7 +142,7 @@ fn record_label(record: &Record) -> &'static str {
     let says = |words: &str| record.comments.iter().any(|comment| comment.to_lowercase().contains(words));
     match says("not a measurement") {
         false => "recorded",
-        true if says("granchain twin") => "twin",
+        true if says("granchain twin") => "synthetic",
         true => "reconstruction",
     }
 }
@@ -243,9 +243,9 @@ fn printed(shot: &Shot, scene: &Scene, confirmation: &Confirmation) -> BTreeMap<
         Measured::Record(measured) => beside(&measured.record),
         Measured::Published(measured) => Some(measured.published.clone()),
     };
-    // What is in print of the bench is no word on a twin of it.
+    // What is in print of the bench is no word on a synthetic record of it.
     let in_code =
-        published(scene).filter(|_| shot.measured.record().is_some_and(|record| record_label(record) != "twin"));
+        published(scene).filter(|_| shot.measured.record().is_some_and(|record| record_label(record) != "synthetic"));
     let number = |key: &str| match printed.as_ref().and_then(|it| statement_on(it, key)).map(|it| &it.statement) {
         Some(Statement::Value { value, uncertainty, .. }) => Some((*value, *uncertainty)),
         _ => match key {

@@ -15,7 +15,7 @@ const NARROWEST: usize = 40;
 /// Text begun farther right than this is continued farther left, columns.
 const FARTHEST_INDENT: usize = 42;
 
-/// Columns for the lines of a stream; none where nobody counts them.
+/// Columns of a terminal; `None` for other streams.
 pub fn columns_of(stream: &Term) -> Option<usize> {
     let exported = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     let wide = exported.or_else(|| stream.size_checked().map(|(_, columns)| usize::from(columns)));

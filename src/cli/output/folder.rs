@@ -29,7 +29,7 @@ const LONGEST_NAME: usize = 230;
 const COMMAND: &str = "command";
 
 /// What to say where a state to resume holds nothing yet.
-pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it is started anew";
+pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it starts again";
 
 /// Staged folders that go when the process is stopped by force.
 static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -315,7 +315,7 @@ impl OutputFolder {
 
     /// Move the results into a folder that keeps its other files; what an earlier run wrote there goes.
     ///
-    /// Meanwhile the list holds the old files and the new ones, so that at any instant each of them can be told to be ours.
+    /// Meanwhile the list holds the old files and the new ones, so that at any instant each of them is known to be ours.
     fn move_in(&self, list: &List, standing: &Standing) -> Result<(), OutputError> {
         let (both, results) = (self.work.join(BOTH), self.work.join(RESULTS));
         let mut union = standing.list.clone();
@@ -418,7 +418,7 @@ pub fn same_plan(path: &Path, plan: &[u8], run: &str, decided_by: &str) -> anyho
         return Ok(());
     }
     anyhow::bail!(
-        "{}: the {run} to resume has another {decided_by} or program version; give the same flags, or start anew with --force",
+        "{}: the {run} to resume has another {decided_by} or program version; give the same flags, or start again with --force",
         path.display()
     )
 }

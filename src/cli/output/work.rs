@@ -98,7 +98,7 @@ fn is_at(_: &fs::File, path: &Path) -> bool {
     path.exists()
 }
 
-/// Remove a work folder whose lock is held: the lock last, so that what is left of it can still be told.
+/// Remove a work folder whose lock is held: the lock last, so that the rest can still be recognised.
 pub fn remove(work: &Path) -> Result<(), OutputError> {
     let lock = work.join(LOCK);
     for path in entries(work)?.into_iter().filter(|path| *path != lock) {
@@ -123,7 +123,7 @@ pub fn remove_all(path: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// Remove the work folders for `target` that dead processes left. What cannot be removed stays: it harms nobody.
+/// Remove the work folders for `target` that dead processes left. What cannot be removed stays: it does no harm.
 pub fn sweep(target: &Path) {
     let prefix = beside(target, "partial-");
     let (Some(parent), Some(prefix)) = (target.parent(), prefix.file_name().and_then(|name| name.to_str())) else {

@@ -60,7 +60,6 @@ const SERIES: &str = "fields.pvd";
 /// What `summary.json` says of an analysis besides what every run has.
 #[derive(Debug, Clone, Serialize)]
 pub struct AnalysisSummary {
-    /// Elements of all bodies.
     pub elements: u64,
     /// Points of every contact at which it may press.
     pub contact_points: Vec<usize>,
@@ -74,7 +73,6 @@ pub struct AnalysisSummary {
     pub complementarity: Complementarity,
     /// Steps taken back and tried again at half their size.
     pub cuts: Vec<Cut>,
-    /// Frames in `fields/`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field_frames: Option<usize>,
     /// Mesh files of bodies of the user's own.
@@ -85,7 +83,6 @@ pub struct AnalysisSummary {
 /// What a finished analysis leaves.
 pub struct Finished {
     pub response: Response,
-    /// For `summary.json`.
     pub summary: AnalysisSummary,
     /// What a person should read.
     pub warnings: Vec<String>,
@@ -153,7 +150,7 @@ impl<'a> Analysis<'a> {
                 let state = folder.state_path().join(CHECKPOINT);
                 let bytes = read_back(&state, LARGE).with_context(|| format!("{}: cannot be read", state.display()))?;
                 let of_ours =
-                    || format!("{}: no saved state of this program; start anew with --force", state.display());
+                    || format!("{}: no saved state of this program; start again with --force", state.display());
                 let saved: Checkpoint =
                     serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
                 simulation.restore(saved.simulation, &identity)?;
@@ -186,7 +183,6 @@ impl<'a> Analysis<'a> {
         Ok(analysis)
     }
 
-    /// Run to the end.
     pub fn run(mut self) -> anyhow::Result<Finished> {
         let bar = progress::simulated_time(self.session, "simulated time");
         let outcome = self.advance(&bar);
@@ -235,7 +231,6 @@ impl<'a> Analysis<'a> {
         if matches!(self.scene.support, Support::Disc { .. }) { Ok(()) } else { self.save() }
     }
 
-    /// Nominal steps taken.
     fn taken(&self) -> usize {
         (self.simulation.time() / self.scene.model.fea.step).round() as usize
     }
@@ -299,9 +294,9 @@ impl Analysis<'_> {
             }
             let path = folder.join(name);
             let frame = read_back(&path, LARGE)
-                .with_context(|| format!("{}: cannot be read; start anew with --force", path.display()))?;
+                .with_context(|| format!("{}: cannot be read; start again with --force", path.display()))?;
             if sha256(&frame) != *digest {
-                bail!("{}: altered or damaged since it was written; start anew with --force", path.display());
+                bail!("{}: altered or damaged since it was written; start again with --force", path.display());
             }
         }
         if self.written.is_empty() { Ok(()) } else { self.write_series(&folder, self.taken() / steps) }

@@ -67,7 +67,6 @@ fn list(text: &str, dimension: Dimension) -> Result<List, ValueError> {
 }
 
 impl FieldArguments {
-    /// Whether anything is wanted.
     pub fn is_given(&self) -> bool {
         self.given().is_some()
     }

@@ -18,7 +18,6 @@ pub enum BenchChoice {
 }
 
 impl BenchChoice {
-    /// One sentence on it.
     const fn description(self) -> &'static str {
         match self {
             Self::Wall => "steel beads between a horn and a rigid wall",
@@ -55,7 +54,7 @@ impl BenchChoice {
                  # vitreous-carbon, glass, aluminium, acrylic, or one of your own in [materials.NAME].\nmaterial = \"vitreous-carbon\"\n\
                  # How the lateral face is held: clamped, supported (along the axis only), free.\nrim = \"clamped\"\n\n\
                  [water]\n# \"tissue\", or \"none\" for a disc in air; density and sound_speed may be changed by themselves.\nmedium = \"water\"\n\
-                 # Where the pressure is heard, z from the back of the disc.\nfield_points = [{ r = \"0 mm\", z = \"1 mm\" }]\n"
+                 # Field points of the pressure, z from the back of the disc.\nfield_points = [{ r = \"0 mm\", z = \"1 mm\" }]\n"
             }
             Self::Free => {
                 "[support]\n# Nothing touches the last bead behind: it flies off, and no static force can hold the chain.\nkind = \"free\"\n"

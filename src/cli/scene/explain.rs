@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Override one key: a plain number is SI, else with its unit; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Run the scene with and without each effect, and say what it costs and changes
+    /// Run the scene with and without each effect and print its cost and influence
     #[arg(long)]
     pub measure: bool,
     /// Largest change that may be left out, such as 1%: which effects of the model that needs; implies --measure

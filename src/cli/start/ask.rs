@@ -10,7 +10,6 @@ use dialoguer::{Input, Select};
 
 use crate::scene::{self, BUILT_IN};
 
-/// Who answers.
 pub trait Ask {
     /// A text; `proposed` stands there to be edited.
     fn text(&mut self, question: &str, proposed: &str) -> anyhow::Result<String>;

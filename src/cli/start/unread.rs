@@ -23,7 +23,7 @@ impl fmt::Display for Unread {
 
 impl std::error::Error for Unread {}
 
-/// Sensitivities of a decoder on a bead and on a horn, to be filled in.
+/// Sensitivities of a vibrometer on a bead and on a horn, to be filled in.
 const OF_A_BEAD: &str = "'<VALUE> mm/s/V'";
 const OF_A_HORN: &str = "'<VALUE> um/V'";
 

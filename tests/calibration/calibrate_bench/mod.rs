@@ -45,7 +45,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Make the record anew; about a tenth of a second.
+    /// Make the record again; about a tenth of a second.
     pub fn new() -> Self {
         let place = tempfile::tempdir().unwrap();
         fs::write(place.path().join("bench.toml"), SCENE).unwrap();

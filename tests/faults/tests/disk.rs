@@ -42,10 +42,10 @@ fn fail_everywhere(case: &Case, wholly: bool) {
                     }
                     1 => {
                         refused += 1;
-                        let told = ["No space left on device", "Input/output error"]
+                        let reported = ["No space left on device", "Input/output error"]
                             .iter()
                             .any(|text| said(&output).contains(text));
-                        if !told || !said(&output).contains('/') {
+                        if !reported || !said(&output).contains('/') {
                             return Err(format!("the message does not say what is wrong and where: {}", said(&output)));
                         }
                         let there = place.contents("work/out");

@@ -54,11 +54,11 @@ fn mutate(file: &str, reader: &Reader<'_>) {
         let place = reader.place.copy();
         fs::write(place.root().join(file), bytes).unwrap();
         let output = place.plain(reader.arguments);
-        let told = said(&output) + &String::from_utf8_lossy(&output.stdout);
+        let message = said(&output) + &String::from_utf8_lossy(&output.stdout);
         match ended(&output) {
             Err(why) => failures.push(format!("{file}: {what}: {why}")),
             Ok(0) if reader.makes && place.contents("work/out") == expected => same += 1,
-            Ok(_) if told.contains(name) => named += 1,
+            Ok(_) if message.contains(name) => named += 1,
             Ok(code) => failures.push(format!("{file}: {what}: exit {code} and not a word of it: {}", said(&output))),
         }
     }

@@ -13,13 +13,13 @@ const SHRINKAGE: f64 = 0.4;
 /// Ridge on the slopes of the regression, relative to the unit-scaled Gram matrix.
 const RIDGE: f64 = 1e-4;
 
-/// Features side by side: two vectors of the widest that are dispatched to.
+/// Features per tile: two vectors of the widest instruction set.
 const TILE: usize = 8;
 
-/// Rows of a covariance that are summed at once, a tile wide: as much as fits into registers.
+/// Rows of a covariance summed at once, one tile wide, to fit into registers.
 const ROWS: usize = 4;
 
-/// Regressors of so many parameters.
+/// Number of regressors for `dimension` parameters.
 const fn columns_of(dimension: usize) -> usize {
     dimension + 1
 }
@@ -39,7 +39,7 @@ pub struct Local {
     pub(crate) records: Vec<Judged>,
 }
 
-/// What the features of one record are judged by.
+/// Distribution of the features of one record.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
     pub(crate) features: Range<usize>,
@@ -48,8 +48,8 @@ pub(crate) struct Judged {
 }
 
 impl TrainingRuns {
-    /// Regress at `at` over runs at such squared distances, compiled for the widest vectors this machine has: nothing is fused, so every machine finds
-    /// the same.
+    /// Regression at `at` over runs at these squared distances, compiled for the widest available vectors; no
+    /// operations are fused, so all machines give the same result.
     pub(super) fn regress_over(&self, at: &[f64], squared: &[f64]) -> Option<Local> {
         struct Regression<'a>(&'a TrainingRuns, &'a [f64], &'a [f64]);
         impl pulp::WithSimd for Regression<'_> {
@@ -233,7 +233,7 @@ impl Local {
     }
 }
 
-/// Sums with an amount times as many values added.
+/// Sums plus `amount` times `values`.
 #[inline(always)]
 fn added(mut sums: [f64; TILE], amount: f64, values: [f64; TILE]) -> [f64; TILE] {
     for i in 0..TILE {
@@ -250,8 +250,8 @@ fn add(sums: &mut [[f64; TILE]], amount: f64, values: &[[f64; TILE]]) {
     }
 }
 
-/// The distance of the run behind the `count` nearest, and those by number; of several as far as that the first. `None` where there are no more, or
-/// where it is no distance.
+/// Distance of the run after the `count` nearest, and those runs by number; of equal distances the lowest numbers are
+/// taken. `None` if there are too few runs, or if a distance is not finite.
 #[inline(always)]
 fn nearest(squared: &[f64], count: usize) -> Option<(f64, Vec<usize>)> {
     let mut parted = squared.to_vec();

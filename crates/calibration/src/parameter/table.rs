@@ -1,5 +1,5 @@
-//! The table of what can be fitted: a further parameter is a row here and a variant of [`Target`]. The coefficients of damping laws follow from the
-//! table of laws.
+//! Table of fitted parameters. A new parameter is a row here and a variant of [`Target`]. The damping coefficients
+//! follow from the table of damping laws.
 
 use super::{ParameterError, Target, highest_cutoff};
 use granchain_model::{
@@ -7,17 +7,17 @@ use granchain_model::{
     scene::{Bead, Scene, Support},
 };
 
-/// How far a box may be widened where nobody chose it.
+/// How far a box may be widened, unless its bounds are user-given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Widening {
     Far,
     BothWays,
-    /// Less than the lower bound is none.
+    /// Upwards only: below the lower bound the effect is absent.
     Up,
     Not,
 }
 
-/// How a parameter is shown: name, symbol, unit, and the number in that unit over that in SI.
+/// Presentation of a parameter: name, symbol, unit, and the factor from SI to that unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
     pub name: &'static str,
@@ -30,17 +30,17 @@ pub struct Shown {
 pub struct Row {
     pub(super) target: Target,
     pub key: &'static str,
-    /// By its SI unit, where that depends on the scene.
+    /// Presentation, by SI unit if that depends on the scene.
     pub shown: fn(&str) -> Shown,
-    /// Key of the scene that it sets, by its SI unit.
+    /// Key of the scene, by SI unit.
     pub scene_key: fn(&str) -> &'static str,
-    /// SI unit, lower and upper bound of the box that is searched first.
+    /// SI unit, lower and upper bound of the default box.
     pub(super) bounds: fn(&Scene) -> Result<Bounds, ParameterError>,
     pub(super) widening: Widening,
     pub(super) get: fn(&Scene) -> Option<f64>,
     pub(super) set: fn(&mut Scene, f64),
     pub(super) vary: fn(&Scene, &mut Variation, f64),
-    /// Which further record tells it.
+    /// Which further record would determine it.
     pub remedy: &'static str,
 }
 
@@ -54,7 +54,7 @@ const fn shown(name: &'static str, symbol: &'static str, unit: &'static str, fac
 /// Box of the amplitude scale: the source paper swept 0.1 to 1.5.
 pub(super) const ALPHA: (f64, f64) = (0.05, 3.0);
 
-/// All but the coefficients of damping laws.
+/// All parameters except the damping coefficients.
 pub const PARAMETERS: &[Row] = &[
     Row {
         target: Target::Alpha,
@@ -138,7 +138,7 @@ pub const PARAMETERS: &[Row] = &[
         get: |_| None,
         set: |_, _| {},
         vary: |_, _, _| {},
-        remedy: "The decoder's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it.",
+        remedy: "The vibrometer's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it.",
     },
     Row {
         target: Target::HornMass,
@@ -159,7 +159,7 @@ pub const PARAMETERS: &[Row] = &[
     Row {
         target: Target::Drag,
         key: "drag",
-        shown: |_| shown("drag of the holder", "b", "mN·s/m", 1e3),
+        shown: |_| shown("drag of the bead guide", "b", "mN·s/m", 1e3),
         scene_key: |_| "holder.drag",
         bounds: |_| Ok(("N s/m", 1e-3, 1.0)),
         widening: Widening::Up,
@@ -171,7 +171,7 @@ pub const PARAMETERS: &[Row] = &[
     Row {
         target: Target::Friction,
         key: "friction",
-        shown: |_| shown("friction of the holder", "F_c", "mN", 1e3),
+        shown: |_| shown("friction of the bead guide", "F_c", "mN", 1e3),
         scene_key: |_| "holder.friction_force",
         bounds: |_| Ok(("N", 1e-4, 0.3)),
         widening: Widening::Up,
@@ -182,7 +182,7 @@ pub const PARAMETERS: &[Row] = &[
     },
 ];
 
-/// Young's modulus of the beads over the scene's own, which a diagnosis alone searches.
+/// Young's modulus of the beads over the scene's own, used by the diagnosis only.
 pub(super) const MODULUS: Row = Row {
     target: Target::Modulus,
     key: "modulus",

@@ -1,13 +1,13 @@
-//! Bodies made ready, shared by the runs of a study.
+//! Prepared bodies, shared by the runs of a study.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use granchain_model::{self as model, ModelError, Prepared, reduced::Cache, scene::Scene};
 
-/// Most different bodies held at once; a study of the radius needs each only for one run.
+/// Most bodies held at once; a study of the radius needs each for one run only.
 const MOST_HELD: usize = 32;
 
-/// Bodies made ready so far. Which run makes them has no influence on any result.
+/// Bodies prepared so far. The result does not depend on which run prepared them.
 #[derive(Debug, Default)]
 pub struct Bodies {
     cache: Option<Cache>,
@@ -15,13 +15,13 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// None yet; kept from one run of the program to the next in `cache`.
+    /// Empty; `cache` keeps bodies from one program run to the next.
     #[must_use]
     pub fn new(cache: Option<Cache>) -> Self {
         Self { cache, held: Mutex::default() }
     }
 
-    /// The same, with bodies that are ready already.
+    /// The same with bodies that are already prepared.
     #[must_use]
     pub fn holding(mut self, prepared: Arc<Prepared>) -> Self {
         self.held.get_mut().unwrap_or_else(PoisonError::into_inner).push(prepared);
@@ -47,7 +47,7 @@ impl Bodies {
         Ok(prepared)
     }
 
-    /// Why bodies could not be kept, if they could not.
+    /// Why bodies could not be cached, if so.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);

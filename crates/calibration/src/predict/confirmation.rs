@@ -1,11 +1,12 @@
-//! The calibrated scene held against the record: the accurate integrator once, its chaos floor, its sensitivity.
+//! Posterior predictive run compared with the record: one accurate run, its run-to-run standard deviation and its
+//! sensitivity.
 //!
-//! The simulated velocity, or pressure, passes through the lab's own chain (bandwidth, the lab's instants, its trigger) and is then
-//! measured by the same functions, in the same window, as the record. The trigger drops out by the onset: both traces
-//! cross one absolute threshold.
+//! The simulated velocity or pressure passes through the instrument model (bandwidth, sample instants, trigger) and is
+//! measured by the same functions, in the same window, as the record. The trigger time drops out, because both traces
+//! are aligned by their crossing of one absolute threshold.
 //!
-//! Where only published numbers exist there is no lab to pass through: the velocity is low-passed as in the fit and
-//! measured in the model's own time, and the printed values stand where the record's would.
+//! For published features there is no instrument: the velocity is low-passed as in the fit and measured on the model's
+//! clock, and compared with the published values.
 
 use std::borrow::Cow;
 
@@ -33,10 +34,11 @@ use granchain_signal::{
     low_pass,
 };
 
-/// Periods between the offsets at which a record is laid that may lie anywhere: a likeness looks as far to either side.
+/// Periods between the trial offsets of a record with unknown alignment; each comparison searches as far to either
+/// side.
 const APART: f64 = 5.0;
 
-/// Why a calibrated scene could not be confirmed.
+/// Why the calibrated scene could not be compared with the record.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfirmationError {
@@ -46,39 +48,36 @@ pub enum ConfirmationError {
     Ensemble(#[from] EnsembleError),
     #[error("the fitted response cannot be measured")]
     Feature(#[from] FeatureError),
-    #[error("the accurate run at the fitted parameters cannot be laid on the record")]
+    #[error("the accurate run at the fitted parameters cannot be aligned with the record")]
     Fingerprint(#[from] FingerprintError),
 }
 
-/// One watched number: of the record, and of the calibrated model.
+/// One feature of record and calibrated model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConfirmedFeature {
-    /// Key, such as `line_1/3`.
     pub key: String,
     /// SI unit, `1` for a pure number.
     pub unit: String,
-    /// Of the record, or as printed.
     pub measured: Option<f64>,
-    /// Of the model: mean, scatter, sensitivity.
+    /// Model: mean, standard deviation, sensitivity.
     pub simulated: Option<Spread>,
 }
 
-/// The calibrated scene held against the record.
+/// The calibrated scene compared with the record.
 #[derive(Debug, Clone)]
 pub struct Confirmation {
     pub response: Response,
-    /// Its pole velocity (m/s) or its pressure (Pa) as the lab would have recorded it, on the record's instants; low-passed only where there
-    /// is no record.
+    /// Simulated velocity (m/s) or pressure (Pa) after the instrument model, on the record's instants; only low-passed
+    /// without a record.
     pub simulated: Series,
-    /// Record time minus model time, s; 0 where there is no record.
+    /// Record time minus model time, s; 0 without a record.
     pub offset: f64,
-    /// Where features were measured, record time.
+    /// Window of the features, record time.
     pub window: Window,
-    /// What only a waveform can be compared by.
+    /// Comparison of waveforms, if there is a record.
     pub recorded: Option<RecordedSide>,
     /// Features of the accurate run.
     pub simulated_features: Features,
-    /// Watched numbers side by side.
     pub features: Vec<ConfirmedFeature>,
     pub runs: usize,
     pub failed: usize,
@@ -88,22 +87,21 @@ pub struct Confirmation {
 #[derive(Debug, Clone)]
 pub struct RecordedSide {
     pub features: Features,
-    /// How alike the waveforms are.
     pub similarity: Similarity,
 }
 
-/// Further runs of the bench as a fit leaves them open: their scatter is that of a further record.
+/// Posterior predictive runs; their scatter is that of a further record.
 #[derive(Debug, Clone)]
 pub struct Predicted {
-    /// The scene as it was before the fit.
+    /// The scene before the fit.
     pub scene: Scene,
     /// What each run changes in it.
     pub variations: Vec<Variation>,
-    /// What the instrument lets through of each; none lets all through.
+    /// Passband of the instrument for each; empty: no filter.
     pub passbands: Vec<Option<Passband>>,
 }
 
-/// The scene that is run perturbed, and how: what a fit predicts, else the plan's own jitter.
+/// The scene and its variations: posterior predictive, or with the plan's own jitter.
 fn perturbed<'a>(
     scene: &'a Scene,
     plan: &EnsemblePlan,
@@ -115,7 +113,7 @@ fn perturbed<'a>(
     }
 }
 
-/// The lab as it saw this record: what every simulated trace passes through.
+/// Instrument model of this record.
 struct Laboratory<'a> {
     recording: &'a Recording,
     settings: FeatureSettings,
@@ -132,17 +130,18 @@ impl Laboratory<'_> {
         seen
     }
 
-    /// As the fit's features have it: what is measured of a record must not be its instrument's hum.
+    /// Removes drift and hum as the fit does, so that features do not contain those of the instrument.
     fn settled(&self, trace: &Series) -> Series {
         let width = MEAN_CYCLES as f64 / (self.settings.drive_frequency * trace.step);
         Series::new(trace.start, trace.step, about_running_mean(&trace.values, width.round() as usize))
     }
 }
 
-/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against the record; on the model
-/// it asks for, whose bodies may be ready already. The perturbed runs are `predicted` where there are any, drawn from what a fit leaves open (their
-/// scatter is then that of a further record), else the plan's. `passband` is what the instrument lets through of the accurate run, and of runs that
-/// are not predicted. It ends soon after `watch` says stop.
+/// Runs `scene` (with the fitted values) accurately and with variations, and compares both with the record. The
+/// scene's own model is used, with prepared bodies if available. The variations are `predicted` if there are any
+/// (posterior predictive, so that their scatter is that of a further record), else the plan's. `passband` is the
+/// instrument's filter for the accurate run and for variations without their own. The runs end soon after `watch`
+/// requests a stop.
 ///
 /// # Errors
 /// When the accurate run fails, is stopped or cannot be compared.

@@ -1,4 +1,4 @@
-//! The answer of a calibration run by the accurate integrator, held against every record, and what `calibration.json` says of it.
+//! Posterior predictive run of a calibration, compared with every record, and the resulting `calibration.json`.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -22,14 +22,14 @@ use crate::{
 };
 use granchain_model::{reduced::Cache, scene::Scene};
 
-/// Perturbed runs of the chain at each of three drive levels behind the feature table.
+/// Perturbed chain runs at each of three drive levels for the feature table.
 const MEMBERS: usize = 24;
 
-/// The same of a fidelity level above.
+/// The same on a fidelity level above.
 const UPPER_MEMBERS: usize = 8;
 
-/// Hold `scene` against what was measured, on the model it asks for; of runs that nothing else is said of the
-/// instrument lets through what `passband` says, or what its record states.
+/// Compares `scene` with the measurement, on the scene's own model; runs without a predicted passband are filtered by
+/// `passband`, or as their record states.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be compared.
@@ -50,7 +50,7 @@ pub fn confirm_measured(
     }
 }
 
-/// Whoever watches a search, asked whether runs go on.
+/// Adapts the watch of a search to runs.
 struct Asked<'a>(&'a Watch);
 
 impl members::Watch for Asked<'_> {
@@ -61,18 +61,19 @@ impl members::Watch for Asked<'_> {
     }
 }
 
-/// The answer beside every record.
+/// The answer compared with every record.
 #[derive(Debug, Clone)]
 pub struct Confirmed {
-    /// Record by record, the first one first; `None` where the run failed or cannot be compared.
+    /// One per record; `None` if the run failed or cannot be compared.
     pub confirmations: Vec<Option<Confirmation>>,
     pub failures: Vec<String>,
-    /// What would explain the first record where the fit does not, likeliest first.
+    /// Likely causes if the fit does not explain the first record, most likely first.
     pub diagnosis: Vec<Finding>,
 }
 
 impl Confirmed {
-    /// Run the best candidate's answer, on bodies from `cache` where they lie there; `watch` receives the progress of a diagnosis and stops it, and all else.
+    /// Runs the best candidate's answer, with bodies from `cache` if present; `watch` receives the progress of a
+    /// diagnosis and can stop all.
     #[must_use]
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
@@ -105,7 +106,6 @@ impl Confirmed {
         Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
     }
 
-    /// What `calibration.json` says, whole.
     #[must_use]
     pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
         let mut outcome = fitted.outcome(problem);
@@ -123,7 +123,7 @@ impl Confirmed {
     }
 }
 
-/// An error with what caused it.
+/// An error with its causes.
 pub fn with_causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(error.source(), |cause| cause.source());
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))

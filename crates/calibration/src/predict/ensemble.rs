@@ -1,10 +1,10 @@
-//! What a number means when the chain is chaotic: its mean and scatter over perturbations that no laboratory controls,
-//! and its smooth change with the drive.
+//! Statistics of a chaotic chain: mean and standard deviation of each feature under small perturbations, and its
+//! change with the drive.
 //!
-//! - **scatter**: standard deviation over runs whose gaps are jittered by N(0, 0.3 nm) and whose drive by a factor
-//!   1 + U(−1e-4, 1e-4). A fit or a comparison tighter than it is noise.
-//! - **sensitivity**: half the difference of the means at drive × 1.01 and × 0.99, i.e. the change for +1 % drive (which
-//!   is +1 % α). It carries the error of two means; where that error is as large, nothing smooth is seen.
+//! - **scatter**: standard deviation over runs whose gaps are jittered by N(0, 0.3 nm) and whose drive by a factor 1 +
+//!   U(−1e-4, 1e-4). Smaller differences are not significant.
+//! - **sensitivity**: half the difference of the means at drive × 1.01 and × 0.99, i.e. the change for +1 % drive (or
+//!   +1 % α). If its standard error is as large, no trend is visible.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -27,7 +27,7 @@ use granchain_signal::{
 /// Fixed steps of the chain a drive period. In a regular regime 160 leave 7 % of error in a sensitivity, 640 leave 0.5 %.
 pub const STEPS_PER_PERIOD: u32 = 640;
 
-/// Which perturbations, and how many.
+/// Kind and number of perturbations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnsemblePlan {
     /// Runs at each of the three drive levels, ≥ 2.
@@ -54,7 +54,7 @@ impl EnsemblePlan {
         [1.0, 1.0 + self.drive_change, 1.0 - self.drive_change]
     }
 
-    /// What all its runs of a scene take, with a step of T0/`steps_per_period` of the chain.
+    /// Cost of all its runs of a scene, with a step of T0/`steps_per_period` of the chain.
     #[must_use]
     pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
         let (members, beads) = (self.members as f64, scene.chain.beads.len() as f64);
@@ -67,7 +67,7 @@ impl EnsemblePlan {
     }
 }
 
-/// One watched number over the ensemble.
+/// One feature over the ensemble.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Mean at the scene's own drive.
@@ -76,18 +76,17 @@ pub struct Spread {
     pub scatter: f64,
     /// Change for +1 % drive: half the difference of the means at ±1 %.
     pub sensitivity: f64,
-    /// Standard error of `sensitivity`.
     pub sensitivity_error: f64,
 }
 
-/// All watched numbers over the ensemble.
+/// All features over the ensemble.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnsembleOutcome {
     pub plan: EnsemblePlan,
-    /// In the order of [`observation::watched`]; `None` where fewer than two runs could tell.
+    /// In the order of [`observation::watched`]; `None` if fewer than two runs have a value.
     pub spreads: Vec<Option<Spread>>,
     pub runs: usize,
-    /// Why runs failed, one a failed run.
+    /// Reasons of failed runs, one per run.
     pub failures: Vec<String>,
 }
 
@@ -95,7 +94,7 @@ pub struct EnsembleOutcome {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
-    #[error("an ensemble needs at least 2 members, found {found}; pass --ensemble 32")]
+    #[error("an ensemble needs at least 2 runs, found {found}; pass --ensemble 32")]
     TooFew { found: usize },
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -117,7 +116,7 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
     run_on(&Bodies::new(None), scene, plan)
 }
 
-/// As [`run`], with bodies that may be ready already.
+/// As [`run`], with bodies that may already be prepared.
 ///
 /// # Errors
 /// As [`run`].
@@ -132,8 +131,8 @@ pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<Ens
     })
 }
 
-/// As [`run_on`] for any measurand, with a step of T0/`steps_per_period` of the chain: `watch` sees every trace, m/s or Pa, as a laboratory with its
-/// own bandwidth, instants and window does.
+/// As [`run_on`] for any measurand, with a step of T0/`steps_per_period` of the chain; `watch` receives every trace
+/// (m/s or Pa) and measures it.
 ///
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.
@@ -148,7 +147,8 @@ pub(crate) fn run_traces(
     run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, &Unwatched, |_, trace| watch(trace))
 }
 
-/// As [`run_traces`] with the scene varied as `perturbed` has it, in place of the plan's own jitter, until `watch` says stop; `see` receives the number of the member.
+/// As [`run_traces`] with the variations of `perturbed` instead of the plan's jitter, until `watch` requests a stop;
+/// `see` receives the number of the run.
 ///
 /// # Errors
 /// As [`run_traces`]; [`EnsembleError::Failed`] where it was stopped.
@@ -220,7 +220,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// `None` when any run has no such number, or there are fewer than two runs.
+    /// `None` if a run has no value, or if there are fewer than two runs.
     #[must_use]
     pub fn of(values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
         let values: Vec<f64> = values.collect::<Option<_>>()?;

@@ -1,4 +1,4 @@
-//! What a sweep varies: scene keys, the values each takes, and the full grid of their combinations.
+//! Grid of a sweep: scene keys, their values, and all combinations.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ pub const MOST_POINTS: usize = 1_000_000;
 #[serde(untagged)]
 pub enum Value {
     Number(f64),
-    /// A word, such as a damping law.
+    /// A keyword, such as a damping law.
     Word(String),
 }
 
@@ -38,7 +38,7 @@ pub struct Axis {
     pub values: Vec<Value>,
 }
 
-/// Why a text is no axis.
+/// Why a text is not an axis.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GridError {
@@ -125,7 +125,7 @@ fn range(start: f64, stop: f64, step: f64, text: &str) -> Result<Vec<f64>, GridE
     Ok((0..=last as usize).map(|index| to_12_digits(start + index as f64 * step)).collect())
 }
 
-/// 0.3 + 5·0.05 is 0.55, not 0.5500000000000000444: what the user wrote had few digits.
+/// Rounds to 12 digits: 0.3 + 5·0.05 is 0.55, not 0.5500000000000000444.
 fn to_12_digits(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
@@ -159,13 +159,13 @@ impl Grid {
         self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
-    /// Whether there is nothing to run.
+    /// Whether the grid has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The values of point `index`, one an axis.
+    /// Values of point `index`, one per axis.
     #[must_use]
     pub fn values(&self, index: usize) -> Vec<&Value> {
         let mut rest = index;
@@ -183,7 +183,7 @@ impl Grid {
         values
     }
 
-    /// At most some `most` points, evenly spread and out of step with every axis; all where there are no more.
+    /// About `most` points at most, evenly spread and not aligned with any axis; all if there are no more.
     pub fn spread(&self, most: usize) -> impl ExactSizeIterator<Item = usize> + use<> {
         let in_step = |stride: usize| self.axes.iter().any(|axis| axis.values.len() % stride == 0);
         let least = self.len().div_ceil(most);

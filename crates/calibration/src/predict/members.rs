@@ -1,7 +1,8 @@
-//! Perturbed copies of one scene, run on whatever model it asks for.
+//! Perturbed runs of one scene, on any model.
 //!
-//! The chain runs eight copies side by side at a fixed step. Every other model has its bodies made ready once and then runs copy by
-//! copy, the reduced one eight side by side. Copies are independent and their order is kept, so the outcome does not depend on the number of threads.
+//! The chain runs eight side by side at a fixed step. Other models prepare their bodies once and then run one by one,
+//! the reduced model eight side by side. Runs are independent and keep their order, so the result does not depend on
+//! the number of threads.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,9 +24,9 @@ use granchain_signal::{
 /// Runs of the chain integrated side by side.
 const LANES: usize = 8;
 
-/// How a study talks to its caller while it runs.
+/// Progress of a study, reported to its caller.
 pub trait Watch: Sync {
-    /// So many more of what it counts are done: runs, cases, units of cost.
+    /// `done` more units are finished: runs, cases, or units of cost.
     fn advance(&self, done: u64);
     fn stop(&self) -> bool;
 }
@@ -41,7 +42,8 @@ impl Watch for Unwatched {
     }
 }
 
-/// The scene's gaps and drive jittered as the plan says, one variation a member; the scene's own drive level. Deterministic in the seed.
+/// Variations of the scene's gaps and drive as planned, one per run, at the scene's drive level. Deterministic in the
+/// seed.
 #[must_use]
 pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
     let base = Variation::of(scene);
@@ -59,8 +61,9 @@ pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
         .collect()
 }
 
-/// Run every variation of `scene` with its bodies and keep what `see` makes of the pole's velocity (m/s), or of the pressure (Pa) at the first
-/// field point behind a disc, and of the variation's index; a run that failed leaves its reason.
+/// Runs every variation of `scene` with its bodies. `see` receives the pole's velocity (m/s), or the pressure (Pa) at
+/// the first field point behind a disc, and the number of the variation; its result is kept. A failed run gives its
+/// reason.
 ///
 /// - `steps_per_period`: of the chain's fixed step; the other models have their own
 ///
@@ -111,7 +114,7 @@ pub fn run<T: Send>(
     Ok(variations.par_chunks(size).enumerate().with_max_len(1).flat_map_iter(run).collect())
 }
 
-/// The scene with a variation written into it.
+/// The scene with a variation applied.
 ///
 /// Models that know only scenes take no negative gap: an offset that would close a gap further opens it by as much instead.
 pub fn varied(scene: &Scene, variation: &Variation) -> Scene {

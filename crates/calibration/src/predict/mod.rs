@@ -1,5 +1,5 @@
-//! What a fit predicts: the answer run accurately, further runs drawn from the posterior, and both beside the record. Here too: many runs of one
-//! scene, over a grid of values or under small perturbations.
+//! Prediction: the answer run accurately, posterior predictive runs, and their comparison with the record. Also many
+//! runs of one scene, over a grid of values or under small perturbations.
 
 mod bodies;
 pub mod confirmation;

@@ -1,4 +1,4 @@
-//! The numbers watched when a scene is run many times: both peaks, the lines, the distortion of the observed velocity.
+//! Features of repeated runs: both peaks, the lines and the distortion of the observed velocity.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use granchain_signal::{
     low_pass,
 };
 
-/// The lines watched, over the drive frequency.
+/// Reported lines, over the drive frequency.
 pub(crate) const WATCHED_LINES: [Ratio; 11] = [
     Ratio::new(1, 4),
     Ratio::new(1, 3),
@@ -28,26 +28,26 @@ pub(crate) const WATCHED_LINES: [Ratio; 11] = [
     Ratio::new(3, 1),
 ];
 
-/// Subharmonics of which the ratio to the drive line is watched too.
+/// Subharmonics whose ratio to the drive line is reported too.
 pub(crate) const WATCHED_RATIOS: [Ratio; 3] = [Ratio::new(1, 3), Ratio::new(1, 2), Ratio::new(2, 3)];
 
-/// A number watched: its key, as in tables and JSON, and its unit.
+/// A reported feature: key in tables and JSON, and unit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Watched {
     /// Key without unit, such as `line_1/3`.
     pub key: String,
-    /// Unit for people; empty for pure numbers.
+    /// Typeset unit; empty for pure numbers.
     pub unit: &'static str,
     /// Suffix of the key where it stands alone, such as `_m_per_s`; empty for pure numbers.
     pub suffix: &'static str,
 }
 
-/// One run's watched numbers, in the order of [`watched`]; `None` where the window cannot tell.
+/// Features of one run, in the order of [`watched`]; `None` where the window does not allow a value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Observation(pub Vec<Option<f64>>);
 
-/// What is watched, in order.
+/// Reported features of a velocity, in order.
 #[must_use]
 pub fn watched() -> Vec<Watched> {
     let velocity = |key: String| Watched { key, unit: "m/s", suffix: "_m_per_s" };
@@ -59,7 +59,8 @@ pub fn watched() -> Vec<Watched> {
     all
 }
 
-/// What is watched of a measurand, in order; of a pressure under a drive of that frequency (Hz) the harmonics up to 1 MHz.
+/// Reported features of a measurand, in order; for a pressure under a drive of that frequency (Hz) the harmonics up to
+/// 1 MHz.
 #[must_use]
 pub fn watched_of(measurand: Measurand, drive_frequency: f64) -> Vec<Watched> {
     if measurand == Measurand::Velocity {
@@ -77,7 +78,7 @@ fn harmonics(drive_frequency: f64) -> u32 {
     (HIGHEST_HARMONIC / drive_frequency).floor().max(1.0) as u32
 }
 
-/// Highest frequency of a harmonic of the pressure that is watched, Hz.
+/// Highest reported harmonic of the pressure, Hz.
 const HIGHEST_HARMONIC: f64 = 1e6;
 
 impl Observation {
@@ -135,16 +136,15 @@ impl Observation {
 /// Pressure metrics of a run at the scene's first field point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heard {
-    /// Largest pressure, Pa.
     pub positive_peak_pa: f64,
-    /// Smallest, Pa.
     pub negative_peak_pa: f64,
-    /// Largest level within half the drive frequency of 0.95 MHz, dB re the fundamental; none where samples are too few.
+    /// Largest level within half the drive frequency of 0.95 MHz, dB re the fundamental; `None` if the sample rate is
+    /// too low.
     pub level_at_950_khz_db: Option<f64>,
 }
 
 impl Heard {
-    /// Measured over the window of the settings; none without water, and none where it is silent.
+    /// Pressure metrics over the window of the settings; `None` without water, or without pressure.
     ///
     /// # Errors
     /// [`FeatureError`] when the pressure cannot be measured.
@@ -161,15 +161,15 @@ impl Heard {
     }
 }
 
-/// An observed velocity ([`Response::observed_velocity`], m/s) as the scene's vibrometer passes it: bodies of the finer models ring at 2.6 MHz and
-/// above, far beyond what a decoder passes, and without it their peaks would be the ringing's.
+/// An observed velocity ([`Response::observed_velocity`], m/s) after the scene's vibrometer filter: bodies of the
+/// finer models ring at 2.6 MHz and above, far beyond the bandwidth of a vibrometer, and would dominate the peaks.
 #[must_use]
 pub fn seen(scene: &Scene, velocity: &Series) -> Series {
     low_pass(velocity, scene.vibrometer_bandwidth)
 }
 
-/// Features of what is [`seen`] of a run. A bead that a disc has left behind flies on at a constant velocity, in which there is nothing to
-/// measure: then over the whole record.
+/// Features of the velocity after the vibrometer filter ([`seen`]). A bead that has left a disc flies at constant
+/// velocity and has no features in the window; then the whole record is measured.
 ///
 /// # Errors
 /// [`FeatureError`] when the velocity cannot be measured.

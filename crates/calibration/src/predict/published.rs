@@ -1,4 +1,5 @@
-//! What the source paper prints: the peaks (Sec. IV.B, text to Fig. 6), and every other statement a simulation can stand beside.
+//! Published values of the source paper: the peaks (Sec. IV.B, text to Fig. 6), and every other statement that a
+//! simulation can be compared with.
 //!
 //! The one place where they are written in code. The paper prints no line amplitudes and no length of the burst. The words are ours.
 
@@ -10,9 +11,7 @@ use granchain_signal::feature::Ratio;
 /// A pair of printed peak velocities, m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Peaks {
-    /// Positive peak, m/s.
     pub positive_m_per_s: f64,
-    /// Negative peak, m/s.
     pub negative_m_per_s: f64,
 }
 
@@ -45,19 +44,17 @@ pub enum Subject {
     Rigid,
     /// The paper's finite elements before disc and water.
     Water,
-    /// Companion work, known by its abstracts.
+    /// Companion paper, known by its abstract.
     Companion,
 }
 
-/// What a statement claims, in a form that can be held against runs.
+/// Content of a statement, in a testable form.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Claim {
-    /// A positive peak, m/s.
     PositivePeak(f64),
-    /// A negative peak, m/s.
     NegativePeak(f64),
-    /// These lines stand out of the spectrum.
+    /// These lines are present in the spectrum.
     Present(&'static [Ratio]),
     Absent(&'static [Ratio]),
     /// The velocity is a train of impulses.
@@ -72,7 +69,7 @@ pub enum Claim {
     LessSymmetricThanMeasured,
     /// Both peaks are closer to the measured ones than those of the other damping law.
     CloserThanOtherLaw,
-    /// Something said without a number, or of what this study does not run: why it is not held against anything.
+    /// Not testable: a statement without a number, or outside this study, with the reason.
     NotTested(&'static str),
 }
 
@@ -80,11 +77,9 @@ pub enum Claim {
 pub struct Statement {
     pub key: &'static str,
     pub subject: Subject,
-    /// Where it stands in the paper.
     pub place: &'static str,
-    /// What it says, in our words.
+    /// The statement, in our words.
     pub said: &'static str,
-    /// What of it can be tested.
     pub claim: Claim,
 }
 

@@ -1,7 +1,7 @@
-//! A scene over a grid of values: every point run once with the accurate integrator, its response measured, kept.
+//! Sweep: every point of a grid is run once with the accurate integrator, measured and stored.
 //!
-//! Points run in parallel and are independent, so the result depends neither on the number of threads nor on where an
-//! earlier attempt was stopped.
+//! Points are independent and run in parallel. The result depends neither on the number of threads nor on an earlier
+//! interruption.
 
 use std::{
     error::Error as StdError,
@@ -23,21 +23,19 @@ use super::{
 use granchain_model::{ModelError, scene::Scene};
 use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
 
-/// What came of one point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Run {
-    /// It ran and was measured.
     Finished {
-        /// The watched numbers of the accurate run.
+        /// Features of the accurate run.
         #[serde(deserialize_with = "whole_observation")]
         observation: Observation,
-        /// Pressure metrics, where there is water.
+        /// Pressure metrics, if there is water.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         heard: Option<Heard>,
-        /// The energy ledger's residual over the largest energy seen, 1.
+        /// Residual of the energy balance over the largest energy, 1.
         energy_residual: f64,
-        /// Mean, scatter and sensitivity, where asked for.
+        /// Mean, standard deviation and sensitivity, on request.
         #[serde(deserialize_with = "whole_ensemble")]
         ensemble: Option<EnsembleOutcome>,
     },
@@ -46,7 +44,7 @@ pub enum Run {
     },
 }
 
-/// Watched numbers read back: one for each that is watched.
+/// Reads features back and checks their number.
 fn whole_observation<'de, D: Deserializer<'de>>(source: D) -> Result<Observation, D::Error> {
     let observation = Observation::deserialize(source)?;
     let [found, expected] = [observation.0.len(), watched().len()];
@@ -57,7 +55,7 @@ fn whole_observation<'de, D: Deserializer<'de>>(source: D) -> Result<Observation
     }
 }
 
-/// Spreads read back: one for each number that is watched.
+/// Reads spreads back and checks their number.
 fn whole_ensemble<'de, D: Deserializer<'de>>(source: D) -> Result<Option<EnsembleOutcome>, D::Error> {
     let ensemble = Option::<EnsembleOutcome>::deserialize(source)?;
     let (found, expected) = (ensemble.as_ref().map(|ensemble| ensemble.spreads.len()), watched().len());
@@ -69,7 +67,6 @@ fn whole_ensemble<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Ensembl
     }
 }
 
-/// Why there is no sweep.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -83,16 +80,16 @@ pub enum SweepError {
     OtherGrid { index: usize, points: usize },
 }
 
-/// How a sweep talks to its caller while it runs.
+/// Progress of a sweep, reported to its caller.
 pub trait Watch: Sync {
-    /// So many points are finished, kept ones included.
+    /// `points` are finished, stored ones included.
     fn finished(&self, points: usize);
     fn stop(&self) -> bool;
-    /// Something that a person should read.
+    /// A warning for the user.
     fn warn(&self, _text: &str) {}
 }
 
-/// Run every point of `grid` that `log_path` does not hold yet.
+/// Runs every point of `grid` that `log_path` does not hold yet.
 ///
 /// - `build`: the scene of a point from its overrides
 /// - `bodies`: where bodies made ready are shared
@@ -134,7 +131,8 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     Ok(runs)
 }
 
-/// Run the points `part` of `grid`, in its order, and keep nothing: what a worker of many does. `finished` of `watch` counts those of the part.
+/// Runs the points `part` of `grid` in order and stores nothing, for a worker among many. `finished` of `watch` counts
+/// the points of the part.
 ///
 /// Returns `None` when stopped.
 pub fn sweep_part<E: StdError + Send + Sync + 'static>(
@@ -155,7 +153,7 @@ pub fn sweep_part<E: StdError + Send + Sync + 'static>(
         .collect()
 }
 
-/// An unknown key or wrong unit fails at every point alike: say so before anything runs.
+/// Refuses a grid whose every point is invalid, such as an unknown key or a wrong unit, before anything runs.
 ///
 /// # Errors
 /// [`SweepError::NoValidPoint`].
@@ -176,7 +174,6 @@ pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
     }
 }
 
-/// `None` when stopped.
 fn run_point<E: StdError>(
     overrides: &[String],
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),

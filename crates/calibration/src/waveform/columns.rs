@@ -1,4 +1,4 @@
-//! What an instrument may do to a record and no run shows, as columns of the covariance.
+//! Instrument effects that no run contains, as columns of the covariance.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,32 +6,31 @@ use faer::Mat;
 
 use super::record::RecordTrace;
 
-/// Standard deviation of the shift that is left, s.
+/// Standard deviation of the remaining time shift, s.
 const SHIFT: f64 = 4e-6;
 
-/// Of the ratio of two clocks.
+/// Standard deviation of the ratio of two clocks.
 const CLOCK: f64 = 1e-4;
 
-/// Of the corner of an instrument's AC coupling, Hz.
+/// Standard deviation of the corner of an instrument's AC coupling, Hz.
 const COUPLING: f64 = 300.0;
 
-/// Of a slow drift over the record's peak, and twice the frequency up to which a drift is slow, over the drive's.
+/// Standard deviation of a slow drift over the record's peak, and twice the highest frequency of a drift over the
+/// drive's.
 const DRIFT: f64 = 0.03;
 const SLOW: f64 = 0.1;
 
-/// Of what leaks of the drive into the record, over the record's peak, in phase and in quadrature.
+/// Standard deviation of crosstalk of the drive, over the record's peak, in phase and in quadrature.
 const CROSSTALK: f64 = 0.01;
 
 /// Standard deviations of all of them.
 #[derive(Debug, Clone)]
 pub(super) struct Nuisances {
-    /// Of the shift, s.
     pub shift: f64,
     /// Of ln of the sensitivity.
     pub sensitivity: f64,
     /// Motion of the horn over its peak, in phase and in quadrature, at the samples of a run.
     pub horn: [Vec<f64>; 2],
-    /// Drive frequency, Hz.
     pub frequency: f64,
 }
 

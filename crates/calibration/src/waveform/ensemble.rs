@@ -1,4 +1,4 @@
-//! Runs near an answer, of all records, and what the records say of the parameters by them.
+//! Runs of all records near an answer, and the parameters inferred from them.
 
 use argmin::{
     core::{CostFunction, Error, Executor, Gradient, Hessian, State},
@@ -16,63 +16,63 @@ use super::{
 use crate::agreement::tail_share;
 use granchain_signal::{LowPass, feature::fingerprint::SAMPLES_PER_CYCLE};
 
-/// Share of the signal's mean square over a cycle that runs may differ by and still predict it.
+/// Largest variance between runs, over the signal's mean square in a cycle, for the cycle to be predictable.
 const PREDICTABLE: f64 = 0.1;
 
-/// Least window behind the record's onset, cycles.
+/// Shortest window after the record's onset, cycles.
 const LEAST_CYCLES: usize = 4;
 
 /// Cycles before its onset that are compared too.
 const BEFORE: usize = 4;
 
-/// Cycles at the end of record and run that the filters reach into.
+/// Cycles at the end of record and run that are left out because of the filters.
 const EDGE: usize = 1;
 
-/// T/N from which the window is shortened, by how much, and how many times at most.
+/// T/N above which the window is shortened, the factor, and the most repetitions.
 const MISFIT: f64 = 1.5;
 const SHORTER: f64 = 0.6;
 const SHORTENED: i32 = 6;
 
-/// Standard deviations of noise from which a sample is none.
+/// Standard deviations of noise beyond which a sample is an outlier.
 const OUTLIER: f64 = 6.0;
 
-/// Share of the worst one that others have which are left out with it.
+/// Share of the worst outlier beyond which others are left out with it.
 const WORST: f64 = 0.3;
 
-/// Farthest that an answer may lie from the middle of the runs, in their standard deviations.
+/// Largest distance of an answer from the centre of the runs, in their standard deviations.
 const REACH: f64 = 4.0;
 
-/// Change of the shift that is none, s.
+/// Negligible change of the shift, s.
 const STILL: f64 = 20e-9;
 
-/// Most times that a record is shifted again.
+/// Most shifts of a record.
 const SHIFTS: usize = 8;
 
-/// Factor on the standard deviations, tuned on synthetic records: what Gaussian statistics of a non-linear chain leave out.
+/// Factor on the standard deviations, tuned on synthetic records, for the non-linearity that Gaussian statistics leave
+/// out.
 const MARGIN: f64 = 1.05;
 
 /// Most directions that the runs' own differences may cover, over their degrees of freedom.
 const MOST_COVERED: f64 = 0.9;
 
-/// Folds of the cross-validation by which p is counted.
+/// Folds of the cross-validation behind p.
 const FOLDS: usize = 5;
 
 /// Degrees of freedom of the tail of ln T.
 const TAIL: f64 = 10.0;
 
-/// Runs under a spread about a centre, and the traces of every record.
+/// Runs distributed about a centre, and the traces of every record.
 pub(super) struct Ensemble {
     /// Centre of the parameters, ln.
     pub centre: Vec<f64>,
     /// Rows of the lower triangular matrix that turns z into ln.
     pub lower: Vec<Vec<f64>>,
-    /// z of every run.
     pub points: Vec<Vec<f64>>,
     /// A column a run, of every record.
     pub traces: Vec<Mat<f64>>,
 }
 
-/// What is compared of one record.
+/// Compared part of one record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Placed {
     /// Sample of the record at the run's first.
@@ -85,27 +85,25 @@ pub(super) struct Placed {
     pub last: usize,
 }
 
-/// What is known besides the runs.
 pub(super) struct Known<'a> {
     pub records: Vec<&'a RecordTrace>,
     pub nuisances: Vec<Nuisances>,
-    /// Standard deviation of ln of the last parameter about 0, where it is a nuisance.
+    /// Standard deviation of ln of the last parameter about 0, if it is a nuisance.
     pub prior: Option<f64>,
-    /// Number of the parameter that the drive's level multiplies, and what is not known of ln of that level, of every record of several: each has its
-    /// own. Of a single record it is added to the answer instead.
+    /// Number of the parameter that scales with the drive level, and the uncertainty of ln of that level for each of
+    /// several records. For a single record it is added to the answer instead.
     pub level: Option<(usize, Vec<f64>)>,
-    /// Mean of what a finer step adds to a trace, and columns of what is not known of that, of every record.
+    /// For every record: mean change of a trace with a finer step, and columns of its uncertainty.
     pub correction: Vec<(Vec<f64>, Mat<f64>)>,
 }
 
-/// Where the records put the parameters.
+/// Parameters inferred from the records.
 #[derive(Debug, Clone)]
 pub(super) struct Solution {
     pub z: Vec<f64>,
     pub at: Vec<f64>,
-    /// Covariance of ln.
     pub covariance: Vec<Vec<f64>>,
-    /// T, and the number of samples it is made of.
+    /// T, and its number of samples.
     pub squares: f64,
     pub samples: f64,
     pub placed: Vec<Placed>,
@@ -175,7 +173,7 @@ fn minimum(misfit: &Misfit) -> Vec<f64> {
     found.into_iter().map(|z| z.clamp(-REACH, REACH)).collect()
 }
 
-/// Inverse of a small symmetric matrix; zeros where there is none.
+/// Inverse of a small symmetric matrix; zeros if it is singular.
 fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let size = matrix.len();
     let full = nalgebra::DMatrix::from_fn(size, size, |i, j| matrix[i][j]);
@@ -189,7 +187,7 @@ pub(super) fn solved(lower: &[Vec<f64>], x: &[f64]) -> Option<Vec<f64>> {
     Some(full.solve_lower_triangular(&nalgebra::DVector::from_column_slice(x))?.as_slice().to_vec())
 }
 
-/// The samples of one record that are compared, whitened by one covariance.
+/// Compared samples of one record, whitened by one covariance.
 struct Compared {
     rows: Vec<usize>,
     covariance: Covariance,
@@ -208,12 +206,12 @@ impl Ensemble {
         self.lower.iter().zip(&self.centre).map(|(row, centre)| centre + moved(row)).collect()
     }
 
-    /// Whether there are runs enough for squares and products.
+    /// Whether there are enough runs for quadratic terms.
     fn is_quadratic(&self) -> bool {
         self.points.len() > 3 * terms(self.dimension(), true)
     }
 
-    /// Regression of every record's traces, finer by what is known of the step.
+    /// Regression of every record's traces, corrected for the step error.
     fn regressions(&self, known: &Known) -> Option<Vec<Regression>> {
         let of = |(record, traces): (usize, &Mat<f64>)| {
             let mut regression = Regression::of(&self.points, traces.as_ref(), self.is_quadratic())?;
@@ -255,7 +253,7 @@ impl Ensemble {
         Placed { shift, from: onset.saturating_sub(BEFORE * cycle).max(start).min(to), to, predictable, last }
     }
 
-    /// What the records say; the shifts of the records on the runs are known roughly.
+    /// Parameters inferred from the records; their shifts are roughly known.
     pub fn solve(&self, known: &Known, shifts: &[f64], shorten: bool) -> Option<Solution> {
         let regressions = self.regressions(known)?;
         let each = regressions.iter().zip(shifts).enumerate();
@@ -356,7 +354,7 @@ impl Ensemble {
         Some(Solution { at: self.at(&z), z, covariance, squares, samples, placed: placed.to_vec() })
     }
 
-    /// Runs by what is left of the records over the windows, the best first: z of each.
+    /// Runs by their misfit to the records over the windows, best first: z of each.
     pub fn ranked(&self, known: &Known, placed: &[Placed]) -> Vec<&Vec<f64>> {
         let mut sums = vec![0.0; self.points.len()];
         for ((record, placed), traces) in known.records.iter().zip(placed).zip(&self.traces) {
@@ -370,7 +368,7 @@ impl Ensemble {
         order.into_iter().map(|run| &self.points[run]).collect()
     }
 
-    /// Samples of every record that noise and runs leave more than so many standard deviations away.
+    /// Samples of every record beyond the given number of standard deviations of noise and runs.
     pub fn outliers(&self, known: &Known, solution: &Solution) -> Option<Vec<Vec<usize>>> {
         let of = |(number, regression): (usize, &Regression)| {
             let (record, placed) = (known.records[number], solution.placed[number]);
@@ -388,7 +386,7 @@ impl Ensemble {
         self.regressions(known)?.iter().enumerate().map(of).collect()
     }
 
-    /// Covariance of ln of that of z.
+    /// Covariance of ln from that of z.
     fn outside(&self, unit: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let size = self.dimension();
         let entry = |a: usize, b: usize| -> f64 {
@@ -400,7 +398,7 @@ impl Ensemble {
         (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect()
     }
 
-    /// The samples `rows` of one record with the covariance of what is not known of them.
+    /// The samples `rows` of one record with the covariance of their uncertainty.
     fn compared(&self, known: &Known, number: usize, regression: &Regression, rows: Vec<usize>) -> Option<Compared> {
         let (record, nuisances) = (known.records[number], &known.nuisances[number]);
         let scale = regression.freedom.sqrt().recip();
@@ -425,7 +423,7 @@ impl Ensemble {
         Some(Compared { rows, covariance, others })
     }
 
-    /// What one record does whose drive is a standard deviation of its level stronger.
+    /// Change of one record for a drive level higher by one standard deviation.
     fn level_column(
         &self,
         regression: &Regression,
@@ -440,7 +438,7 @@ impl Ensemble {
         Some(Mat::from_fn(rows.len(), 1, |i, _| deviation * value(rows[i])))
     }
 
-    /// p: the share of runs that, taken for records, are as far from what the others expect as the records are.
+    /// p-value: the share of runs that, taken as records, fit the other runs as badly as the records do.
     pub fn share_beyond(&self, known: &Known, solution: &Solution, random: &mut ChaCha8Rng) -> Option<f64> {
         let own = solution.squares;
         let mut others: Vec<f64> = Vec::new();
@@ -491,7 +489,7 @@ impl Ensemble {
         Some(share(own, &others))
     }
 
-    /// Only some of the runs.
+    /// A subset of the runs.
     fn only(&self, kept: &[usize]) -> Self {
         Self {
             centre: self.centre.clone(),
@@ -505,7 +503,7 @@ impl Ensemble {
         }
     }
 
-    /// Runs that were left out, as records: about what the others expect at their place, with noise and what an instrument does.
+    /// Left-out runs as records: deviation from the other runs' expectation, with noise and instrument effects.
     fn left_out(
         &self,
         all: &Self,
@@ -557,7 +555,8 @@ fn slopes_at(regression: &Regression, z: &[f64], quadratic: bool, rows: &[usize]
     })
 }
 
-/// Share of `others` as large as `own`; the tail is as wide as all of their logarithms, or as the upper half where that is wider.
+/// Share of `others` that are at least `own`; the tail is as wide as all of their logarithms, or as their upper half
+/// if that is wider.
 fn share(own: f64, others: &[f64]) -> f64 {
     tail_share(own, others, |logarithms, mean| {
         let scale = |values: &mut dyn Iterator<Item = &f64>| {

@@ -1,4 +1,4 @@
-//! The waveform's likelihood: from the onset until runs that differ in what a laboratory cannot control part, every sample is compared.
+//! Likelihood of the waveform: every sample is compared from the onset until runs with different nuisances diverge.
 //!
 //! ```text
 //! search ─ rounds of runs near the answer ─ regression of every sample on the parameters ─ covariance ─ answer, p
@@ -41,39 +41,38 @@ use granchain_signal::{
     feature::{Measurand, fingerprint::SAMPLES_PER_CYCLE},
 };
 
-/// What the waveform says of the parameters.
+/// Result of the waveform comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WaveformFit {
-    /// The answer, unit coordinates; α is that of the drive's own level.
+    /// The answer, unit coordinates; α at the true drive level.
     pub at: Vec<f64>,
-    /// Covariance of the logarithms of the fitted parameters, what is not known of the drive's level included.
+    /// Covariance of the logarithms of the fitted parameters, including the uncertainty of the drive level.
     pub covariance: Vec<Vec<f64>>,
-    /// ln of α times the level of the drive, over α, and its standard deviation: that product is all that a record tells. Absent of several records, and
-    /// where α is not fitted.
+    /// ln of α times the drive level, over α, and its standard deviation: a record determines only that product.
+    /// `None` for several records, or if α is not fitted.
     pub product: Option<[f64; 2]>,
-    /// ln of the stiffness over mass, relative to the scene's, and its standard deviation; absent where that is not a nuisance.
+    /// ln of stiffness over mass, relative to the scene's, and its standard deviation; `None` if it is not a nuisance.
     pub modulus: Option<[f64; 2]>,
-    /// Share of right records that are as far from the model.
     pub p: f64,
     /// T over the number of samples.
     pub reduced: f64,
-    /// Cycles behind the onset that runs predict; the most of all records.
+    /// Predictable cycles after the onset; the largest of all records.
     pub cycles: f64,
-    /// Whether these are all that were recorded, of every record.
+    /// Whether every record ends within these cycles.
     pub whole: bool,
     pub rounds: usize,
     pub runs: u64,
-    /// Samples left out: drop-outs, masked or found by the runs. Amplitudes contain a bridge there.
+    /// Number of samples left out: drop-outs, masked or detected by the runs. Amplitudes use a bridge there.
     #[serde(default)]
     pub left_out: usize,
-    /// Whether the answer had come to rest.
+    /// Whether the answer had converged.
     pub settled: bool,
     /// What the model above the chain that answers changes of its runs.
     #[serde(skip)]
     pub(crate) difference: Option<Arc<Difference>>,
 }
 
-/// A record with what makes its runs.
+/// A record with its forward model.
 pub(crate) struct Compared<'a> {
     pub forward: &'a Forward,
     pub noise: Option<HornNoise>,
@@ -82,13 +81,13 @@ pub(crate) struct Compared<'a> {
     pub difference: Option<Arc<Difference>>,
 }
 
-/// Fewest cycles behind the onset by which a waveform decides.
+/// Fewest predictable cycles after the onset for the waveform to decide.
 pub const FEWEST_CYCLES: f64 = 6.0;
 
-/// Standard deviation in ln from which an answer is too wide for a normal distribution.
+/// Standard deviation in ln above which a normal distribution does not describe the answer.
 const WIDEST: f64 = 0.15;
 
-/// p below which the rounds are repeated from the answer of the amplitudes.
+/// p below which the rounds are repeated from the amplitudes' answer.
 const AGAIN: f64 = 0.01;
 
 /// Most times that pairs are made anew about the answer that they gave, the distance of it from their middle, in their spread, that needs no further
@@ -101,14 +100,16 @@ const BETWEEN: u64 = 1 << 20;
 pub(crate) const QUANTILE: f64 = 1.644_853_627;
 
 impl WaveformFit {
-    /// Whether enough of the record is predictable for the waveform to decide, and its answer so narrow that a normal distribution describes it.
+    /// Whether the waveform decides: enough cycles are predictable, and the answer is narrow enough for a normal
+    /// distribution.
     #[must_use]
     pub fn decides(&self) -> bool {
         let narrow = (0..self.at.len()).all(|d| self.covariance[d][d].sqrt() < WIDEST);
         narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
     }
 
-    /// p of the verdict, by that of the amplitudes: twice the smaller of both, or its own where the record has drop-outs.
+    /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has
+    /// drop-outs.
     pub(crate) fn with_amplitudes(&self, p: f64) -> f64 {
         if self.left_out > 0 { self.p } else { (2.0 * p.min(self.p)).min(1.0) }
     }
@@ -122,7 +123,7 @@ impl WaveformFit {
         Posterior::normal(&self.at, &covariance)
     }
 
-    /// What is quoted of the parameters.
+    /// Quoted estimates of the parameters.
     pub(crate) fn estimates(&self, parameters: &[Parameter]) -> Vec<Estimate> {
         let estimate = |(d, parameter): (usize, &Parameter)| {
             let half = QUANTILE * self.covariance[d][d].sqrt() / parameter.span();
@@ -143,7 +144,8 @@ impl WaveformFit {
     }
 }
 
-/// Mean and standard deviation of ln of the drive's level: uniform within ± `drive`, less what its decoder may have taken, up to `droop`.
+/// Mean and standard deviation of ln of the drive level: uniform within ± `drive`, minus the possible loss in the
+/// vibrometer's filter, up to `droop`.
 fn level(Uncertainty { drive, droop, .. }: Uncertainty) -> (f64, f64) {
     const POINTS: usize = 400;
     let taken = (0..POINTS).map(|i| -(1.0 - droop * (i as f64 + 0.5) / POINTS as f64).ln());

@@ -1,4 +1,4 @@
-//! The record as the waveform's likelihood sees it.
+//! The record prepared for the waveform likelihood.
 
 use realfft::{RealFftPlanner, num_complex::Complex};
 
@@ -6,16 +6,16 @@ use super::ensemble::Placed;
 use crate::comparison::{Comparison, Reduction};
 use granchain_signal::{Gap, Series, feature::fingerprint::SAMPLES_PER_CYCLE};
 
-/// Least noise over the peak: what the interpolation between two samples leaves.
+/// Least noise over the peak: the interpolation error between samples.
 const LEAST_NOISE: f64 = 1e-3;
 
-/// Share of a clipped level from which a sample counts as clipped.
+/// Fraction of the clipping level from which a sample counts as clipped.
 const CLIPPED: f64 = 0.98;
 
-/// Samples by which a stretch without valid samples is widened: what the low-pass spreads of it.
+/// Samples by which an invalid stretch is widened, for the spread of the low-pass.
 const SPREAD: usize = 16;
 
-/// Samples of a record with drop-outs of which one may be left out because it lies far from all runs.
+/// Samples of a record with drop-outs per sample that may be left out as an outlier.
 const SPARE: usize = 10;
 
 /// Periods by which a record is continued at either end before it is shifted.
@@ -24,25 +24,23 @@ const CONTINUED: usize = 3;
 /// A record of [`SAMPLES_PER_CYCLE`] samples a drive period, low-passed.
 #[derive(Debug, Clone)]
 pub(super) struct RecordTrace {
-    /// Sampling interval, s.
     pub step: f64,
     pub onset: usize,
-    /// Its largest value in size, m/s.
     pub peak: f64,
     /// Standard deviation of a sample of white noise that has the density of the record's up to half the sample rate, m/s.
     pub sigma: f64,
-    /// Share of that band in which the record has noise at all: the low-pass took the rest.
+    /// Share of that band with noise; the low-pass removed the rest.
     pub band: f64,
-    /// Number of independent samples that σ is known by.
+    /// Number of independent samples behind σ.
     pub freedom: f64,
-    /// Frequency at which the 1/f part of the noise is as strong as the white one, Hz; 0 where there is none. Below it the record and its runs are
-    /// attenuated until the noise is white.
+    /// Frequency at which the 1/f part of the noise equals the white one, Hz; 0 if there is none. Below it, record and
+    /// runs are attenuated until the noise is white.
     pub corner: f64,
     values: Vec<f64>,
     valid: Vec<bool>,
-    /// Samples that may still be left out: none where nothing was lost.
+    /// Samples that may still be left out; 0 for a record without drop-outs.
     spare: usize,
-    /// Samples left out: masked ones and their neighbours, and those that no run comes near.
+    /// Number of samples left out: masked ones with their neighbours, and outliers.
     pub left_out: usize,
     /// Transform of the record, continued at both ends.
     spectrum: Vec<Complex<f64>>,
@@ -50,7 +48,7 @@ pub(super) struct RecordTrace {
 }
 
 impl RecordTrace {
-    /// Of a record that has an onset; `None` of any other.
+    /// From a record with an onset; `None` for others.
     pub fn of(trace: &Series, comparison: &Comparison) -> Option<Self> {
         let Reduction::Fingerprint(fingerprint) = &comparison.reduction else { return None };
         if !fingerprint.by_onset() {
@@ -105,7 +103,8 @@ impl RecordTrace {
         })
     }
 
-    /// Leave out samples and their neighbours, where the record has lost samples anyway and few are left out in all; whether any was.
+    /// Leaves out samples and their neighbours, if the record has drop-outs and few are left out in all; returns
+    /// whether any was.
     pub fn leave_out(&mut self, outliers: &[usize]) -> bool {
         let mut valid = self.valid.clone();
         for at in outliers {
@@ -132,7 +131,7 @@ impl RecordTrace {
         (&self.values[around.clone()], &self.valid[around])
     }
 
-    /// The record on the samples of a run as it is placed there, and which of them are compared.
+    /// The record on the samples of a run, aligned as `placed`, and the compared ones among them.
     pub fn compared(&self, placed: &Placed) -> (Vec<f64>, Vec<usize>) {
         let (values, valid) = self.shifted(placed.shift, placed.to);
         (values, (placed.from..placed.to).filter(|t| valid[*t]).collect())
@@ -143,7 +142,7 @@ impl RecordTrace {
         self.spare > 0
     }
 
-    /// Value of the record at `shift + i` samples, i from 0 to `count`, and whether it was recorded there and is valid.
+    /// Value of the record at `shift + i` samples, i from 0 to `count`, and whether it is recorded and valid.
     fn shifted(&self, shift: f64, count: usize) -> (Vec<f64>, Vec<bool>) {
         let whole = shift.floor();
         let part = shift - whole;
@@ -181,7 +180,7 @@ impl RecordTrace {
     }
 }
 
-/// A trace that noise of density w (1 + corner/f) leaves white: gain 1/√(1 + corner/f), without phase.
+/// A trace filtered so that noise of density w (1 + corner/f) becomes white: gain 1/√(1 + corner/f), zero phase.
 pub(super) fn whitened(values: &[f64], step: f64, corner: f64) -> Vec<f64> {
     if corner <= 0.0 || values.is_empty() {
         return values.to_vec();
@@ -205,7 +204,7 @@ pub(super) fn whitened(values: &[f64], step: f64, corner: f64) -> Vec<f64> {
     work[padding..padding + values.len()].to_vec()
 }
 
-/// Sample `index` of a series that goes on at both ends as it would if it were turned about them, and fades within `padding`.
+/// Sample `index` of a series continued by point reflection about its ends, fading within `padding`.
 fn continued(values: &[f64], index: isize, padding: usize) -> f64 {
     let last = values.len() as isize - 1;
     let (end, beyond) = match index {

@@ -1,11 +1,13 @@
-//! Mean and covariance of a trace near the answer, and what a record says of the parameters by them.
+//! Mean and covariance of a trace near the answer, and the parameters inferred from them.
 //!
-//! Of n runs with independent draws of gaps and noise, V the traces and z the parameters about the answer, in units of the spread of the runs:
+//! Of n runs with independent draws of gaps and noise, V the traces and z the parameters about the answer, in units of
+//! the spread of the runs:
 //!
 //! V(t) = B₀(t) + J(t) z + z' Q(t) z + R(t),    Σ = σ² I + U U',    U = [R/√(n − k), further columns],
 //!
-//! k the number of regression coefficients. The further columns are what an instrument may do to a record and no run shows: a shift in time, its
-//! sensitivity, its clock, its coupling, a slow drift, crosstalk. By Woodbury's identity only matrices of the size of U'U are factored.
+//! k the number of regression coefficients. The further columns are instrument effects that no run contains: a shift
+//! in time, its sensitivity, its clock, its coupling, a slow drift, crosstalk. By Woodbury's identity only matrices of
+//! the size of U'U are factored.
 
 use faer::{
     Mat, MatRef, Side,
@@ -14,7 +16,7 @@ use faer::{
 
 /// Runs of an ensemble, one record: a column of samples each.
 pub(super) struct Regression {
-    /// Of every sample, a column each: B₀, J, then Q of every pair of parameters.
+    /// Coefficients of every sample, a column each: B₀, J, then Q of every pair of parameters.
     pub coefficients: Mat<f64>,
     /// What is left of every run.
     pub residuals: Mat<f64>,
@@ -22,7 +24,7 @@ pub(super) struct Regression {
     pub freedom: f64,
 }
 
-/// Number of regression coefficients of so many parameters: with squares and products, or without.
+/// Number of regression coefficients for `dimension` parameters, with or without quadratic terms.
 pub(super) fn terms(dimension: usize, quadratic: bool) -> usize {
     1 + dimension + if quadratic { dimension * (dimension + 1) / 2 } else { 0 }
 }
@@ -60,7 +62,7 @@ pub(super) fn slopes(z: &[f64], quadratic: bool) -> Vec<Vec<f64>> {
 }
 
 impl Regression {
-    /// Of traces (a column a run) at the points z; `None` of too few runs.
+    /// Regression of traces (a column per run) at the points z; `None` for too few runs.
     pub fn of(points: &[Vec<f64>], traces: MatRef<'_, f64>, quadratic: bool) -> Option<Self> {
         let (runs, dimension) = (points.len(), points.first()?.len());
         let count = terms(dimension, quadratic);
@@ -113,12 +115,12 @@ impl Covariance {
         Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| scale * (plain[(i, j)] - taken[(i, j)]))
     }
 
-    /// What is left of a vector once the likeliest amounts of the columns are taken off it: its noise.
+    /// Residual of a vector after its most likely amounts of the columns are removed: its noise.
     pub fn left(&self, vector: MatRef<'_, f64>) -> Mat<f64> {
         vector - &self.columns * self.factor.solve(self.columns.transpose() * vector)
     }
 
-    /// Number of directions that the first `count` columns cover against the noise: tr of U'U (σ² + U'U)⁻¹.
+    /// Effective number of directions of the first `count` columns against the noise: tr of U'U (σ² + U'U)⁻¹.
     pub fn directions(&self, count: usize) -> f64 {
         let size = self.columns.ncols();
         let unit = Mat::from_fn(size, count, |i, j| f64::from(u8::from(i == j)));
@@ -127,7 +129,8 @@ impl Covariance {
     }
 }
 
-/// What a record's samples say of z: ½ φ' M φ with φ = (1, −z, −z z), of all records added up, and a prior of z.
+/// Negative log-likelihood of z for a record's samples: ½ φ' M φ with φ = (1, −z, −z z), summed over all records, plus
+/// a prior of z.
 pub(super) struct Misfit {
     pub gram: Mat<f64>,
     pub dimension: usize,
@@ -170,7 +173,7 @@ impl Misfit {
         slopes.iter().map(|slope| images.iter().map(|image| dot(slope, image)).collect()).collect()
     }
 
-    /// The same with what is known of z from elsewhere: a' z of mean `mean` and standard deviation 1.
+    /// Adds prior information on z: a' z has mean `mean` and standard deviation 1.
     pub fn add_prior(&mut self, a: &[f64], mean: f64) {
         // (mean − a' z)² = φ-form with first entry `mean` and entries a for −z.
         let mut vector = vec![0.0; self.gram.nrows()];

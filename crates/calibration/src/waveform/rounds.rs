@@ -1,4 +1,4 @@
-//! Rounds of runs that narrow on the answer, as an argmin solver.
+//! Rounds of runs that converge to the answer, as an argmin solver.
 
 use argmin::core::{Error, KV, Problem, Solver, TerminationReason, TerminationStatus};
 use faer::Mat;
@@ -25,57 +25,57 @@ const SPREAD: f64 = 2.0;
 /// Least spread of a parameter, ln.
 const NARROWEST: f64 = 2e-4;
 
-/// Fewest rounds, and most; two further ones, the window whole and nothing widened, carry the answer.
+/// Fewest and most rounds; two final ones, with the whole window and nothing widened, give the answer.
 const FEWEST: usize = 3;
 const MOST: usize = 8;
 const CLOSING: usize = 2;
 
-/// T/N above which a round is widened, and the most by which.
+/// T/N above which a round is widened, and the largest factor.
 const MISFIT: f64 = 1.0;
 const WIDEST: f64 = 30.0;
 
-/// T/N above which a record with drop-outs is searched for what of them was not seen, and how many times a round at most.
+/// T/N above which undetected drop-outs are searched for in a record with drop-outs, and the most repetitions per
+/// round.
 const CLEAN: f64 = 1.2;
 const SEARCHED: usize = 4;
 
-/// T/N above which a round has no mean, the rounds after which that is the answer, and the runs by whose spread the search goes on.
+/// T/N above which a round's mean trace is not usable, the number of such rounds after which the search gives up, and
+/// the runs whose spread the next round takes.
 const LOST: f64 = 4.0;
 const HOPELESS: usize = 4;
 const BEST: usize = 12;
 
-/// T/N that ends the rounds, the move of the answer in standard deviations, and the spread over what the rule asks.
+/// Criteria that end the rounds: T/N, the change of the answer in standard deviations, and the spread over its target.
 const FITTING: f64 = 2.0;
 const STILL: f64 = 0.7;
 const WIDE: f64 = 1.3;
 
-/// Length of a round's runs: so many times what is predictable, and so many cycles.
+/// Length of a round's runs: factor on the predictable cycles, plus cycles.
 const LENGTH: (f64, f64) = (1.4, 3.0);
 
-/// Standard deviations within which the runs of several rounds go together.
+/// Standard deviations within which runs of several rounds are pooled.
 const TOGETHER: f64 = 6.0;
 
 const MOST_TOGETHER: usize = 500;
 
-/// Most that a round is solved with.
+/// Most runs pooled for a solution.
 const MOST_POOLED: usize = 320;
 
 const SEED: u64 = 0x0AEF_0123;
 
-/// One round as it was made.
 pub(super) struct Round {
     points: Vec<Vec<f64>>,
     traces: Vec<Mat<f64>>,
 }
 
-/// The rounds, with all they have found.
 pub(super) struct Rounds {
     pub sources: Sources,
     seed: u64,
-    /// Centre and spread of the next round, ln, and the spread that it is never wider than.
+    /// Centre and spread of the next round, ln, and the largest allowed spread.
     centre: Vec<f64>,
     lower: Vec<Vec<f64>>,
     widest: Vec<f64>,
-    /// Length of the next round's runs, cycles; none for all of them.
+    /// Length of the next round's runs, cycles; `None`: full length.
     cycles: Option<f64>,
     shifts: Vec<f64>,
     made: Vec<Round>,
@@ -88,14 +88,14 @@ pub(super) struct Rounds {
     failed: bool,
 }
 
-/// What the last rounds say together.
+/// Joint result of the last rounds.
 pub(super) struct Answer {
     pub solution: Solution,
     pub p: f64,
 }
 
 impl Rounds {
-    /// About a point with a box around it.
+    /// Starts at a point with a box around it.
     pub fn about(sources: Sources, Start { centre, half, shifts }: Start, seed: u64) -> Self {
         let widest: Vec<f64> = half.iter().map(|half| 0.5 * half).collect();
         let lower = diagonal(&widest);
@@ -147,7 +147,7 @@ impl Rounds {
         Some(ensemble)
     }
 
-    /// Aim the next round by what this one found.
+    /// Chooses the next round from this solution.
     fn aim(&mut self, solution: &Solution, closing: bool) {
         let spread = if self.rounds < 2 { EARLY_SPREAD } else { SPREAD };
         let widened = if closing { 1.0 } else { (solution.reduced() / MISFIT).clamp(1.0, WIDEST) };
@@ -178,7 +178,7 @@ impl Rounds {
         self.cycles = (!closing).then_some(LENGTH.0 * predictable + LENGTH.1);
     }
 
-    /// Aim the next round where runs resemble the records most: no mean describes these.
+    /// Chooses the next round around the runs most similar to the records, since no mean trace describes this round.
     fn search_on(&mut self, ensemble: &Ensemble, solution: &Solution) {
         let best: Vec<Vec<f64>> =
             ensemble.ranked(&self.known(), &solution.placed).into_iter().take(BEST).map(|z| ensemble.at(z)).collect();
@@ -204,7 +204,7 @@ impl Rounds {
         self.sources.known()
     }
 
-    /// One round: made, solved, and the next one aimed. `None` where it has no answer.
+    /// Makes and solves one round, and chooses the next. `None` if it has no solution.
     fn advance(&mut self) -> Option<()> {
         let ensemble = self.make()?;
         let closing = self.settled || self.rounds >= MOST;
@@ -250,7 +250,8 @@ impl Rounds {
         Some(())
     }
 
-    /// Leave out what of drop-outs was not seen where a record has any, as long as that helps; the solution without.
+    /// Leaves out undetected drop-outs of records that have drop-outs, as long as this helps; returns the solution
+    /// without them.
     fn clean(&mut self, ensemble: &Ensemble, mut solution: Solution, shorten: bool) -> Option<Solution> {
         for _ in 0..SEARCHED {
             if !self.sources.may_leave_out() || solution.reduced() <= CLEAN {
@@ -265,7 +266,7 @@ impl Rounds {
         Some(solution)
     }
 
-    /// The runs of all rounds near a point, the last ones first, about that point; traces no longer than `longest` allows.
+    /// Runs of all rounds near a point, last ones first, relative to it; traces no longer than `longest` allows.
     fn near(&self, about: &Solution, most: usize, longest: &dyn Fn(usize) -> usize) -> Option<Ensemble> {
         let dimension = self.centre.len();
         let deviation: Vec<f64> = (0..dimension).map(|d| about.covariance[d][d].sqrt().max(0.5 * NARROWEST)).collect();

@@ -29,7 +29,6 @@ const MESH_PAIRS: usize = 5;
 /// Pairs that tell what the model above the chain changes.
 const PAIRS_ABOVE: usize = 24;
 
-/// Fewest of them that say anything.
 const FEWEST_PAIRS: usize = 4;
 
 /// One record and what makes its runs.
@@ -52,11 +51,11 @@ pub(super) struct Sources {
     pub records: Vec<Source>,
     /// ln(high/low) of every fitted parameter.
     spans: Vec<f64>,
-    /// Standard deviation of ln of the stiffness over mass, where that is a parameter behind the fitted ones.
+    /// Standard deviation of ln of stiffness over mass, if that is a parameter after the fitted ones.
     pub modulus: Option<f64>,
 }
 
-/// What a finer step changes of one record: the mean, and columns of what is not known of it.
+/// Change of one record's trace with a finer step: the mean, and columns of its uncertainty.
 pub(super) type Correction = (Vec<f64>, Mat<f64>);
 
 impl Source {
@@ -89,7 +88,6 @@ impl Sources {
         self.records.len()
     }
 
-    /// What is known besides the runs.
     pub fn known(&self) -> Known<'_> {
         Known {
             records: self.records.iter().map(|source| &source.trace).collect(),
@@ -144,7 +142,7 @@ impl Sources {
         Some((alpha, self.records.iter().map(deviation).collect()))
     }
 
-    /// A point in ln turned back into the box where it lies outside.
+    /// A point in ln, reflected into the box.
     pub fn inside(&self, mut at: Vec<f64>) -> Vec<f64> {
         for (x, span) in at.iter_mut().zip(&self.spans) {
             *x = span * reflect(*x / span);
@@ -175,7 +173,8 @@ impl Sources {
         &self.spans
     }
 
-    /// The traces of every record, a run a point; the first is run `first`, and each lasts so many cycles, or as long as is compared.
+    /// Traces of every record, one run per point, numbered from `first`; each lasts `cycles`, or as long as is
+    /// compared.
     pub fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Vec<Option<Vec<f64>>>>> {
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let of = |source: &Source| {
@@ -197,12 +196,12 @@ impl Sources {
         self.records.iter().any(|source| source.trace.may_leave_out())
     }
 
-    /// Whether nothing asks the fit to stop.
+    /// Whether the fit may go on.
     pub fn goes_on(&self) -> bool {
         self.records[0].forward.report(0)
     }
 
-    /// Leave samples of records out that lie far from every run, where a record has lost samples anyway and few are left out; whether any was.
+    /// Leaves out outliers of records that have drop-outs, if few are left out; returns whether any was.
     pub fn leave_out(&mut self, outliers: &[Vec<usize>]) -> bool {
         let mut any = false;
         for (source, outliers) in self.records.iter_mut().zip(outliers) {
@@ -277,11 +276,11 @@ impl Source {
     }
 }
 
-/// Number of the first run of this stage: behind all others.
+/// Number of the first run of this stage: above all others.
 const NUMBERED: u64 = 1 << 34;
 
-/// Least mean square of record minus run over six cycles from the record's onset on, over the record's own, wherever the record lies on the run; and
-/// the sample of the record at the run's first there.
+/// Least mean square of record minus run over six cycles from the record's onset, over the record's own, for any
+/// alignment; and the sample of the record at the run's first there.
 pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
     const COMPARED: usize = 6;
     let before = SAMPLES_PER_CYCLE.min(record.onset);

@@ -1,4 +1,4 @@
-//! Where the rounds begin: a search of short runs by what is left of the record's first cycles.
+//! Start of the rounds: a search with short runs, by the misfit to the record's first cycles.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,34 +10,34 @@ use super::{
 };
 use crate::{parameter::reflect, search::scattered};
 
-/// Points over the whole box, then around the best so many, so many times.
+/// Points over the whole box; then, in each round, the size of the elite and the number of points around it.
 const SCATTERED: usize = 256;
 const AROUND: [(usize, usize); 4] = [(40, 96), (24, 96), (16, 96), (12, 56)];
 
 /// Further ones, and how many times at most.
 const FURTHER: (usize, usize, usize) = (12, 64, 6);
 
-/// Misfit of a record that needs no further search, and the share of a misfit that is no progress.
+/// Misfit that needs no further search, and the ratio of misfits that counts as no progress.
 const REACHED: f64 = 5e-4;
 const STALLED: f64 = 0.97;
 
-/// Points that the amplitudes' search gives.
+/// Most points taken from the amplitudes' search.
 const GIVEN: usize = 40;
 
-/// Runs by whose spread the first round is as wide as it is.
+/// Runs whose spread sets the width of the first round.
 const BEST: usize = 12;
 
 /// Least and most half-width of the first round, ln.
 const HALF: (f64, f64) = (0.02, 0.3);
 
-/// The same where amplitudes lead.
+/// Half-width of a first round around the amplitudes' answer, ln.
 const AMPLITUDES: f64 = 0.1;
 
 /// Step around the elite, over the distance to its fifth neighbour.
 const STEP: f64 = 0.7;
 const NEIGHBOUR: usize = 5;
 
-/// Cycles of a run behind its onset that the search needs.
+/// Cycles of a run after its onset that the search needs.
 const CYCLES: f64 = 10.0;
 
 const SEED: u64 = 0x57A2_7000;
@@ -74,7 +74,7 @@ pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Option
 /// A run of the search: unit coordinates, misfit, shifts.
 type Tried = (Vec<f64>, f64, Vec<f64>);
 
-/// Where the search leads, and where the amplitudes do.
+/// Starts from the search and from the amplitudes.
 pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option<[Start; 2]> {
     let dimension = sources.spans().len();
     let best = known.first()?;

@@ -15,7 +15,6 @@ use std::f64::consts::PI;
 pub struct Collision {
     /// m_r = m₁ m₂/(m₁ + m₂), kg.
     pub reduced_mass: f64,
-    /// k, N·m^(-3/2).
     pub hertz_stiffness: f64,
     /// Relative speed before the collision v, m/s.
     pub speed: f64,

@@ -18,7 +18,6 @@ use std::f64::consts::PI;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaffledPiston {
-    /// Radius a, m.
     pub radius: f64,
     /// Density of the fluid ρ, kg/m³.
     pub density: f64,

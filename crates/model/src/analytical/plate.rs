@@ -9,9 +9,7 @@ use crate::scene::Material;
 /// Timoshenko & Woinowsky-Krieger (1959), *Theory of Plates and Shells*, §16–17; Leissa (1969), *Vibration of Plates*, NASA SP-160, §2.1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThinPlate {
-    /// Radius a, m.
     pub radius: f64,
-    /// Thickness h, m.
     pub thickness: f64,
     pub material: Material,
 }

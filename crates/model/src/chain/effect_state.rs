@@ -1,4 +1,4 @@
-//! Effects beside contacts and dashpots: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes.
+//! Effects beside contacts and dashpots: a compliant horn, drag and friction of the bead guide, contacts that yield, an annulus that relaxes.
 //!
 //! They live in one mark of the support's law ([`Marked`](super::equation::Marked)), by which the compiler makes a second copy of the chain's loops;
 //! chains without them run the first, in which none of this exists. What has a history (slip or stick of a bead, yield of a contact) is frozen within a step, as

@@ -84,7 +84,7 @@ impl Effects {
     }
 }
 
-/// What a holder says of the radii of two beads, at each of the N + 1 contacts; 0 at both ends.
+/// Radii of the two beads in a bead guide, at each of the N + 1 contacts; 0 at both ends.
 fn between_beads(scene: &Scene, of: impl Fn(&Holder, f64, f64) -> f64) -> Vec<f64> {
     let beads = &scene.chain.beads;
     let mut found = vec![0.0; beads.len() + 1];

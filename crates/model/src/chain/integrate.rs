@@ -176,7 +176,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         }
     }
 
-    /// Put a switch into a mode and keep the ledger of clipped contacts (coupled ones pass theirs to their dashpots as time goes).
+    /// Put a switch into a mode and keep the energy balance of clipped contacts (coupled ones pass theirs to their dashpots as time goes).
     fn switch(&mut self, contact: usize, mode: Mode) {
         if L::IS_COUPLED {
             return self.equation.set_mode(contact, mode);

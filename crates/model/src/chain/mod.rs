@@ -8,7 +8,7 @@
 //! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
 //! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise.
 //!
-//! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes (`acting.rs`).
+//! A scene may ask for more: a compliant horn, drag and friction of the bead guide, contacts that yield, an annulus that relaxes (`acting.rs`).
 //! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction between beads, gravity.
 
 mod coupling;
@@ -206,7 +206,7 @@ fn fixed(
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
     use symplectic::integrate as run;
     if system.effects.is_some() {
-        let reason = "the fixed step knows neither a horn that gives way nor holder, yield and relaxation; set `model.integrator` = \"dormand-prince-853\"";
+        let reason = "the fixed step supports neither compliant horn nor bead guide, yield and relaxation; set `model.integrator` = \"dormand-prince-853\"";
         return Err(ModelError::Unsupported { model: "chain", reason: reason.into() });
     }
     specialised!(system, run(motion, initial, step, grid, progress))

@@ -4,12 +4,21 @@ use super::dormand_prince::Clock;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Pace {
-    /// Even in time, s.
-    Plain { step: f64 },
+    Plain {
+        step: f64,
+    },
     /// Even in √(t − t*), √s, since a contact closed at t*; `root` = √(t − t*) now.
-    SinceClosing { closing: f64, root: f64, step: f64 },
+    SinceClosing {
+        closing: f64,
+        root: f64,
+        step: f64,
+    },
     /// Even in √(t* − t) up to t* = now + `step` (s), when a contact without dashpot is expected to open.
-    ToOpening { switch: usize, step: f64, refinements: u32 },
+    ToOpening {
+        switch: usize,
+        step: f64,
+        refinements: u32,
+    },
 }
 
 impl Pace {

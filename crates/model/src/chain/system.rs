@@ -131,7 +131,6 @@ impl System {
         (0..=self.beads).map(|i| self.laws[i].energy(self.overlap(i, displacement))).sum()
     }
 
-    /// Kinetic energy, J.
     pub(crate) fn kinetic_energy(&self, velocity: &[f64]) -> f64 {
         self.mass.iter().zip(velocity).map(|(m, v)| 0.5 * m * v * v).sum()
     }

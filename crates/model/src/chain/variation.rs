@@ -32,7 +32,7 @@ pub struct Variation {
 pub struct EffectVariation {
     /// Modal mass of the horn, kg.
     pub horn_mass: Option<f64>,
-    /// Viscous drag of the holder, N·s/m.
+    /// Viscous drag of the bead guide, N·s/m.
     pub drag: Option<f64>,
     /// Its friction under a constant load, N.
     pub friction_force: Option<f64>,

@@ -31,7 +31,6 @@ use super::ElasticLaw;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Annulus {
     stiffness_factor: f64,
-    /// C and D, m/N.
     #[serde(rename = "c_m_per_n")]
     constant: f64,
     #[serde(rename = "d_m_per_n")]
@@ -108,12 +107,10 @@ impl Annulus {
         Self { stiffness_factor: 1.0, ..self }
     }
 
-    /// C, m/N.
     pub(crate) fn constant(&self) -> f64 {
         self.constant
     }
 
-    /// D, m/N.
     pub(crate) fn slope(&self) -> f64 {
         self.slope
     }

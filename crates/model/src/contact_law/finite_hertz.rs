@@ -23,7 +23,6 @@ use super::ElasticLaw;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FiniteHertz {
-    /// k, N·m^(-3/2).
     #[serde(rename = "stiffness_n_per_m1.5")]
     pub stiffness: f64,
     /// c₁, m^(-1/2).

@@ -72,7 +72,6 @@ pub(crate) fn hertz_energy(hertz_stiffness: f64, overlap: f64) -> f64 {
 /// The law F = k δ₊^(3/2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hertz {
-    /// k, N·m^(-3/2).
     #[serde(rename = "stiffness_n_per_m1.5")]
     pub stiffness: f64,
 }

@@ -31,7 +31,7 @@ pub trait ElasticLaw: Copy {
     const IS_HERTZ: bool;
     /// Whether the contacts of the chain are those of finite bodies, which feel one another.
     const IS_COUPLED: bool = false;
-    /// Whether the chain has effects beside contacts and dashpots: a horn that gives way, a holder, contacts that yield or relax.
+    /// Whether the chain has effects beside contacts and dashpots: a compliant horn, a bead guide, contacts that yield or relax.
     const HAS_EFFECTS: bool = false;
     /// Force, N, ≥ 0; zero for `overlap` ≤ 0 (m).
     fn force(&self, overlap: f64) -> f64;
@@ -46,7 +46,6 @@ pub trait ElasticLaw: Copy {
 /// A massless one-sided linear spring, F = K δ₊.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spring {
-    /// K, N/m.
     #[serde(rename = "stiffness_n_per_m")]
     pub stiffness: f64,
 }

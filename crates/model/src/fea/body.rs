@@ -146,7 +146,6 @@ impl Body {
         &self.node_mass
     }
 
-    /// Mass, kg.
     pub fn total_mass(&self) -> f64 {
         self.total_mass
     }

@@ -56,7 +56,6 @@ impl fmt::Display for Cause {
 pub struct Cut {
     /// Time at the beginning of the step, s.
     pub time_s: f64,
-    /// Its size, s.
     pub step_s: f64,
     /// Contact, counted from 1 at the piston.
     pub contact: usize,

@@ -1,4 +1,4 @@
-//! The books of a run: where the work of the piston went.
+//! The energy balance of a run: where the work of the piston went.
 
 use crate::response::{EnergyBalance, EnergyLedger, SolverWork};
 
@@ -20,7 +20,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Empty books; errors of a step are held against at least `least_scale` (J).
+    /// An empty balance; errors of a step are relative to at least `least_scale` (J).
     pub(crate) fn new(least_scale: f64, work: SolverWork) -> Self {
         Self { least_scale, work, ..Self::default() }
     }
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn books_that_add_up_leave_no_residual_and_others_show_it_over_the_largest_energy() {
+    fn a_closed_energy_balance_has_no_residual_and_others_show_it_over_the_largest_energy() {
         let mut ledger = Ledger::new(1.0, SolverWork::default());
         ledger.begin((1.0, 2.0));
         ledger.step(5.0, 0.5, 0.0);

@@ -77,7 +77,7 @@ pub enum FeaError {
     )]
     EnergyMade { time: f64, step: f64, made_j: f64, given_j: f64 },
     #[error(
-        "the saved state is of another analysis ({found} of {expected}); start anew or give the scene it was saved with"
+        "the saved state is of another analysis ({found} of {expected}); start again or give the scene it was saved with"
     )]
     OtherState { expected: String, found: String },
     #[error(

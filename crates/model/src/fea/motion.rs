@@ -336,7 +336,7 @@ impl Motion {
         self.rigid[slot].acceleration += braking;
     }
 
-    /// ũ must be made anew: the step changes.
+    /// ũ must be made again: the step changes.
     pub(crate) fn forget_prediction(&mut self) {
         self.predicted_for = None;
     }

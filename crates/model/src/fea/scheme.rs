@@ -23,9 +23,7 @@ pub(crate) struct Coefficients {
     pub step: f64,
     /// α, 1.
     pub lag: f64,
-    /// γ, 1.
     pub gamma: f64,
-    /// β, 1.
     pub beta: f64,
     /// β h², s²: displacement per acceleration.
     pub gain: f64,

@@ -236,7 +236,6 @@ impl<'a> Simulation<'a> {
         self.piston
     }
 
-    /// Time reached, s.
     pub fn time(&self) -> f64 {
         self.taken as f64 * self.step
     }
@@ -334,7 +333,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// One step that either happens whole or leaves bodies and books as they were. On failure the cause and the contact.
+    /// One step that either succeeds or leaves bodies and energies as they were. On failure the cause and the contact.
     fn attempt(&mut self, level: u32, end: f64) -> Result<(), (Cause, usize)> {
         let Self { arrangement, interfaces, operators, motion, contacts, before, profile, ledger, .. } = self;
         let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
@@ -484,7 +483,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Measure all gaps anew from the displacements, and hold them against the contact conditions.
+    /// Measure all gaps again from the displacements, and check them against the contact conditions.
     fn measure_contacts(&mut self) {
         let (mut penetration, mut adhesion, mut product): (f64, f64, f64) = (0.0, 0.0, 0.0);
         let last = self.contacts.len() - 1;

@@ -40,7 +40,6 @@ impl Sampling {
         Self { output_step, steps_per_sample, samples: scene.samples() }
     }
 
-    /// Step, s.
     pub(crate) fn step(&self) -> f64 {
         self.output_step / self.steps_per_sample as f64
     }

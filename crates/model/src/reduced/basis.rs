@@ -21,7 +21,6 @@ use crate::fea::{
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Basis {
-    /// Mass, kg.
     pub mass: f64,
     pub is_free: bool,
     /// ω² of every elastic mode kept, 1/s², ascending.

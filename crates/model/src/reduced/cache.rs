@@ -2,7 +2,7 @@
 //!
 //! A file is named by the SHA-256 of everything its content follows from: meshes, materials, interface, settings and the version of the
 //! program. It begins with a line that holds the SHA-256 of the rest; a file that does not agree with it, or cannot be read as what it should be, is
-//! made anew. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit. A folder holds 2 GiB at most:
+//! made again. Files appear whole, by renaming, so that several programs may share a folder. Numbers are kept to the bit. A folder holds 2 GiB at most:
 //! what was used longest ago goes first.
 
 use std::{
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_truncated_and_foreign_files_are_made_anew() {
+    fn broken_truncated_and_foreign_files_are_made_again() {
         let place = tempfile::tempdir().unwrap();
         let cache = Cache::new(place.path());
         let (made, _) = cache.reduction(&scene(&[])).unwrap();
@@ -340,7 +340,7 @@ mod tests {
     type Forgery = (&'static str, fn(&mut Reduction));
 
     #[test]
-    fn a_forged_file_with_the_right_digest_is_made_anew() {
+    fn a_forged_file_with_the_right_digest_is_made_again() {
         let place = tempfile::tempdir().unwrap();
         let cache = Cache::new(place.path());
         for support in ["annulus", "rigid"] {

@@ -139,7 +139,6 @@ impl<N: Number> State<N> {
         state
     }
 
-    /// Whole axial force, N.
     #[inline(always)]
     pub(super) fn total(&self) -> N {
         self.pressing + self.damping
@@ -462,7 +461,6 @@ pub(super) fn bounds(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
 }
 
-/// Σ a b.
 #[inline(always)]
 pub(super) fn dot<N: Number>(values: &[N], factors: &[f64]) -> N {
     values.iter().zip(factors).fold(N::ZERO, |sum, (value, factor)| sum + *value * *factor)

@@ -21,7 +21,6 @@ pub(super) struct Moving<N> {
     inverse_mass: f64,
     /// Displacement of the mass mean along z, m.
     pub(super) rigid: N,
-    /// Its velocity, m/s.
     pub(super) rigid_velocity: N,
     /// Its displacement in the last drift, m.
     pub(super) travelled: N,
@@ -37,7 +36,7 @@ pub(super) struct Moving<N> {
     step: f64,
     /// What its material loses; none of an elastic one.
     pub(super) loss: Option<ModalLoss<N>>,
-    /// Energy lost in material and holder so far, J.
+    /// Energy lost in material and bead guide so far, J.
     pub(super) material: N,
     pub(super) held: HoldLoss<N>,
 }
@@ -106,7 +105,7 @@ impl<N: Number> Moving<N> {
         self.modal.iter_mut().zip(&self.modal_velocity).for_each(|(q, velocity)| *q = *q + *velocity * step);
     }
 
-    /// The same with what holder and material take from the velocities, half-way: `hold` has the bead this is and the forces of the contacts
+    /// The same with what bead guide and material take from the velocities, half-way: `hold` has the bead this is and the forces of the contacts
     /// before and after it (N).
     #[inline(always)]
     pub(super) fn drift_losing(&mut self, hold: Option<(&Hold<N>, usize, [N; 2])>) {

@@ -32,7 +32,6 @@ pub struct Reduction {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Kind {
-    /// Mass, kg.
     pub mass: f64,
     pub is_free: bool,
     /// ω² of its elastic modes, 1/s², ascending.

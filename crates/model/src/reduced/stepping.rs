@@ -46,7 +46,7 @@ pub(super) struct Motion<'a, N: Number, B> {
     /// Displacement of the piston, m.
     pub(super) piston: N,
     pub(super) backing: B,
-    /// The horn that gives way, and where its own motion is.
+    /// The compliant horn, and the place of its motion.
     pub(super) horn: Option<(HornStep<N>, HornMotion<N>)>,
     hold: Option<Hold<N>>,
     pub(super) creep: Option<Creep<N>>,

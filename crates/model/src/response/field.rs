@@ -54,7 +54,6 @@ pub struct FieldBody {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    /// When, s.
     pub time: f64,
     pub bodies: Vec<FieldBody>,
 }

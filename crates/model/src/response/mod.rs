@@ -1,4 +1,4 @@
-//! What a run produced: traces tagged by place, the energy ledger, the solver's work.
+//! What a run produced: traces tagged by place, the energy balance, the solver's work.
 
 mod balance;
 mod field;
@@ -23,7 +23,6 @@ use granchain_signal::Series;
 /// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// Piston displacement, m.
     pub piston_displacement: Series,
     /// Displacement of each bead, m.
     pub bead_displacement: Vec<Series>,
@@ -90,7 +89,7 @@ pub struct DiscResponse {
     pub pressure: Vec<Series>,
 }
 
-/// Energy that went into effects beside the dashpots, and the books of a horn that gives way, J.
+/// Energy that went into effects beside the dashpots, and the energy balance of a compliant horn, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Channels {
     pub drag_j: f64,
@@ -111,7 +110,7 @@ impl Channels {
         self.drag_j + self.friction_j + self.yielding_j + self.material_j
     }
 
-    /// What the books of the horn leave open, J: source work − piston work − energy in the horn − loss in the horn.
+    /// Residual of the horn's energy balance, J: source work − piston work − energy in the horn − loss in the horn.
     pub fn horn_residual(&self, piston_work_j: f64) -> f64 {
         self.source_work_j - piston_work_j - self.horn_j - self.horn_lost_j
     }

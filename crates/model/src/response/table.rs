@@ -1,5 +1,3 @@
-//! `response.csv`.
-
 use std::io::{self, Write};
 
 use super::Response;

@@ -47,7 +47,7 @@ pub struct SolverWork {
     pub equilibrium_sweeps: u64,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub horn_evaluations: u64,
-    /// Evaluations of the holder's drag and friction, one a bead.
+    /// Evaluations of the bead guide's drag and friction, one a bead.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub holder_evaluations: u64,
     #[serde(default, skip_serializing_if = "is_zero")]

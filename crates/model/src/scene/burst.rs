@@ -45,7 +45,7 @@ impl Drive {
         }
     }
 
-    /// Time from the first motion to half of the peak, s: of a record; 0 of a drive that is not told by its samples.
+    /// Time from the first motion to half of the peak, s: for a record; 0 for a drive that is not given by samples.
     pub fn ring_up(&self) -> f64 {
         let DriveKind::Record { displacement, .. } = &self.kind else { return 0.0 };
         let half = 0.5 * displacement.peak();

@@ -6,7 +6,6 @@ pub const MOST_BEADS: usize = 1000;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bead {
-    /// Radius a, m.
     pub radius: f64,
     pub material: Material,
     /// Its mesh for the finite element analysis, if not the program's own of a sphere.

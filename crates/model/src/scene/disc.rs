@@ -22,7 +22,6 @@ words!(Rim { Clamped = "clamped", Supported = "supported", Free = "free" });
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscShape {
-    /// Radius a, m.
     pub radius: f64,
     /// Thickness h < a, m.
     pub thickness: f64,

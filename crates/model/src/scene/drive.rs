@@ -14,7 +14,6 @@ pub struct Drive {
     pub kind: DriveKind,
     /// Peak displacement, m; 1 for a record, which carries its own.
     pub amplitude: f64,
-    /// Drive frequency f0, Hz.
     pub frequency: f64,
 }
 
@@ -32,7 +31,6 @@ pub enum DriveKind {
     GaussianBurst { cycles: f64 },
     /// A horn-tip record: displacement in m, positive towards the chain, already band-limited.
     Record {
-        /// Displacement, m.
         displacement: Series,
         /// Last instant of recorded motion, s: what the series holds behind it was predicted. Its end where nothing was.
         recorded_until: f64,

@@ -163,10 +163,10 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
     vec![
         effect("loaded horn", horn),
         effect(
-            "drag in the holder",
+            "drag in the bead guide",
             (holder.drag > 0.0, setting("holder.drag", holder.drag, Dimension::LINEAR_DAMPING)),
         ),
-        effect("friction in the holder", (holder.friction_force > 0.0, friction)),
+        effect("friction in the bead guide", (holder.friction_force > 0.0, friction)),
         effect(
             "oblique contacts",
             (holder.clearance > 0.0 && (is_chain || holder.friction_coefficient > 0.0), oblique),

@@ -2,7 +2,6 @@
 
 use super::word::words;
 
-/// Default mesh density, 1.
 pub(crate) const DEFAULT_MESH_DENSITY: u32 = 12;
 /// Radius of a polar patch over the bead's unless the scene says otherwise: three times the contact radius at 1 µm overlap of 1 mm steel beads.
 pub(crate) const DEFAULT_CONTACT_PATCH: f64 = 0.1;
@@ -50,12 +49,10 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// Newmark's β, 1.
     pub fn beta(self) -> f64 {
         0.25 * (1.0 + self.dissipation()).powi(2)
     }
 
-    /// Newmark's γ, 1.
     pub fn gamma(self) -> f64 {
         0.5 + self.dissipation()
     }

@@ -1,8 +1,8 @@
-//! What the holder around the beads does to them.
+//! Bead guide: forces on the beads from their surroundings.
 
 use super::{ModelKind, Scene, Support};
 
-/// Forces of the holder along the chain, on every bead alike.
+/// Forces of the bead guide along the chain, on every bead alike.
 ///
 /// ```text
 /// F_i = −b v_i − F_c,i sgn(v_i)        F_c,i = F_c + μ (F_{i−1} tan θ_{i−1} + F_i tan θ_i)        sin θ = e/(a_i + a_{i+1})
@@ -50,7 +50,7 @@ impl Holder {
 }
 
 impl Scene {
-    /// The holder, to change it; made where there was none.
+    /// The bead guide, to change it; made where there was none.
     pub fn holder_mut(&mut self) -> &mut Holder {
         let slip_velocity = if is_exact(self.model.kind, &self.support) { 0.0 } else { DEFAULT_SLIP_VELOCITY };
         self.holder.get_or_insert(Holder { slip_velocity, ..Holder::default() })

@@ -1,4 +1,4 @@
-//! A horn that gives way to what it drives.
+//! A compliant horn to what it drives.
 
 use std::f64::consts::PI;
 

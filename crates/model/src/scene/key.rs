@@ -35,9 +35,7 @@ pub(super) enum Bound {
     Modulus,
     /// 1 g/m³ to 10⁹ kg/m³.
     Density,
-    /// 0 to 1/3.
     UpToAThird,
-    /// 0 to 1/2.
     UpToAHalf,
     /// −1 < ν < 0.5, where a solid is stable and not incompressible.
     PoissonsRatio,

@@ -1,13 +1,9 @@
-//! Linear elastic, isotropic materials.
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     pub name: String,
-    /// Young's modulus E, Pa.
     pub youngs_modulus: f64,
     /// Poisson's ratio ν, 1, above −1 and below ½.
     pub poissons_ratio: f64,
-    /// Density ρ, kg/m³.
     pub density: f64,
 }
 

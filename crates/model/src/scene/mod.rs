@@ -107,9 +107,9 @@ pub struct Scene {
     pub drive: Drive,
     /// α, the factor on the drive, 1.
     pub amplitude_scale: f64,
-    /// The horn as a source that gives way; none moves as prescribed whatever pushes back.
+    /// Compliant horn; `None`: the tip moves as prescribed.
     pub horn: Option<Horn>,
-    /// What the holder around the beads does to them; none does nothing.
+    /// Forces of the bead guide; `None`: no guide.
     pub holder: Option<Holder>,
     pub loss: MaterialLoss,
     pub support: Support,
@@ -121,12 +121,11 @@ pub struct Scene {
     pub contact_law: ContactLaw,
     /// Yield strength Y of the beads, Pa: contacts of the chain yield where the pressure in their middle would exceed 1.6 Y. None is elastic.
     pub yield_strength: Option<f64>,
-    /// Simulated time, s.
     pub duration: f64,
     /// Interval of the output samples, s. Where a model has a fixed step of its own (finite elements, reduced, any in front of a disc), it is a whole multiple of it: on loading, a
     /// step that does not divide it is shortened to the next that does, and a note says so.
     pub output_step: f64,
-    /// Bandwidth (−6 dB) of the vibrometer's decoder, Hz: what is measured of a simulated velocity is measured below it. Output is not filtered.
+    /// Bandwidth (−6 dB) of the vibrometer, Hz: what is measured of a simulated velocity is measured below it. Output is not filtered.
     pub vibrometer_bandwidth: f64,
     pub model: ModelSettings,
 }

@@ -20,7 +20,6 @@ pub struct Motion {
     /// α × amplitude, m.
     scale: f64,
     breaks: Vec<f64>,
-    /// 1/f0, s.
     period: f64,
 }
 

@@ -6,7 +6,7 @@ use super::{ContactMass, Elements, FeaSettings, Limits, ModelKind, ReducedSettin
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
 /// Default interval of the output samples, s.
 pub(crate) const DEFAULT_OUTPUT_STEP: f64 = 1e-7;
-/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a decoder of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
+/// `vibrometer.bandwidth` unless set, Hz, or four drive frequencies where that is more: of a vibrometer of this class; the lowest mode of a 1 mm steel bead rings at 2.6 MHz.
 pub const DEFAULT_VIBROMETER_BANDWIDTH: f64 = 1.5e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,10 +18,7 @@ pub enum Integrator {
     },
     /// Fixed-step symplectic stepper (velocity Verlet), for searches. Error of the last bead's velocity over its peak, undamped, first 70 µs of
     /// the rigid scene: 6e-3 at 0.05 µs, 2e-4 at 0.01 µs; with linear dashpots 1.5e-2 and 6e-3.
-    Symplectic {
-        /// Step, s.
-        step: f64,
-    },
+    Symplectic { step: f64 },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +33,6 @@ pub struct ModelSettings {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meshing {
-    /// Mesh density, 1.
     pub density: u32,
     pub elements: Elements,
     /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.

@@ -33,7 +33,6 @@ pub enum Support {
     /// Nothing: the last bead is free.
     Free,
     Spring {
-        /// Stiffness, N/m.
         stiffness: f64,
     },
     /// A disc that the last bead touches in the middle of its front, on the water ([`super::Scene::water`]) or in vacuum.

@@ -147,7 +147,7 @@ pub const KEYS: &[Key] = &[
     number("drive.frequency", Dimension::FREQUENCY, Bound::Positive, "drive frequency f0")
         .number(|scene| Some(scene.drive.frequency))
         .needed("drive.frequency = \"73 kHz\"")
-        .usually("the record's own; a formula must be told")
+        .usually("the record's own; required for a formula")
         .when(&[Is("drive.kind", DRIVES)]),
     number("drive.cycles", Dimension::NONE, Bound::Positive, "length of the burst in periods of f0")
         .number(|scene| scene.drive.kind.cycles())
@@ -259,7 +259,7 @@ pub const KEYS: &[Key] = &[
         .value(|scene| text(water(scene)?.method.name()))
         .usually("rayleigh; elements beside a soft baffle or in the fea")
         .when(LIQUID),
-    key("water.field_points", ValueKind::FieldPoints, "where the pressure is heard, z from the disc's back")
+    key("water.field_points", ValueKind::FieldPoints, "field point of the pressure, z from the disc's back")
         .value(|scene| Some(SettingValue::FieldPoints(water(scene)?.field_points.clone())))
         .usually("one at z = 1 mm on the axis")
         .when(LIQUID),
@@ -393,7 +393,7 @@ pub const KEYS: &[Key] = &[
     number("model.step", Dimension::TIME, Bound::Positive, "fixed step")
         .number(|scene| scene.model.step())
         .needed("model.step = \"50 ns\"")
-        .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; symplectic must be told")
+        .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; required for symplectic")
         .when(STEPPED),
 ];
 

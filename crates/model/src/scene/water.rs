@@ -8,7 +8,6 @@ pub const DEFAULT_WATER_STEP: f64 = 2.5e-8;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Water {
-    /// Density ρ, kg/m³.
     pub density: f64,
     /// Speed of sound c, m/s.
     pub sound_speed: f64,
@@ -112,7 +111,7 @@ pub struct Absorption {
     pub exponent: f64,
 }
 
-/// The half-space of water behind the disc, how it is computed and where it is heard.
+/// The half-space of water behind the disc: method and field points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WaterSettings {
     pub medium: Medium,
@@ -121,12 +120,12 @@ pub struct WaterSettings {
     pub absorption: Option<Absorption>,
     pub baffle: Baffle,
     pub method: WaterMethod,
-    /// Where the pressure is heard; at least one point.
+    /// Field points of the pressure, at least one.
     pub field_points: Vec<FieldPoint>,
 }
 
 impl Default for WaterSettings {
-    /// Water by the Rayleigh integral with a rigid baffle, heard on the axis at 1 mm.
+    /// Water by the Rayleigh integral with a rigid baffle, one field point on the axis at 1 mm.
     fn default() -> Self {
         Self {
             medium: Medium::Water,

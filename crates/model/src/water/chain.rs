@@ -50,7 +50,6 @@ pub enum ChainOnWaterError {
 
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WaterRun {
-    /// Step, s.
     pub step: f64,
     /// Pressure at each field point, Pa.
     pub pressure: Vec<Vec<f64>>,
@@ -83,7 +82,6 @@ impl WaterRun {
 pub(super) struct Moment<'a> {
     /// Number of the instant, 0 at the start.
     pub instant: usize,
-    /// Time, s.
     pub time: f64,
     /// Displacements of the piston and of each bead, m.
     pub displacement: &'a [f64],
@@ -100,7 +98,7 @@ pub(super) struct Totals {
     pub balance: EnergyBalance,
     pub events: u64,
     pub dashpots: u64,
-    /// Evaluations of the horn, and of the holder of a bead.
+    /// Evaluations of the horn, and of the bead guide of a bead.
     pub horn: u64,
     pub holder: u64,
 }
@@ -267,7 +265,6 @@ const SETTLED: f64 = 1e-14;
 /// A contact between piston and first bead or two beads in a step.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pair {
-    /// Elastic force, N.
     elastic: f64,
     /// c + γ √δ, N·s/m; 0 while open.
     damping: f64,
@@ -312,7 +309,7 @@ fn settle(
     Ok(())
 }
 
-/// Run a chain at rest against a disc at rest for `duration` (s), heard at the disc's first `points` field points.
+/// Run a chain at rest against a disc at rest for `duration` (s), with the disc's first `points` field points.
 pub fn run(
     chain: &ChainInFront,
     motion: &dyn PistonMotion,

@@ -34,7 +34,6 @@ use crate::{
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscContact {
-    /// k_d, N·m^(-3/2).
     pub hertz_stiffness: f64,
     /// c_r, m/N.
     pub residual: f64,

@@ -153,7 +153,7 @@ impl Front {
     }
 }
 
-/// What is heard in the water, sample after sample.
+/// Pressure at the field points, sample after sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct WaterRecord {
     /// Pressure at each field point, Pa.
@@ -174,7 +174,7 @@ impl WaterRecord {
         self.back_velocity.push(disc.back_velocity());
     }
 
-    /// Enter what was heard behind a disc of that shape, as it arrives there.
+    /// Adds the pressure behind a disc of that shape, as it arrives there.
     pub(crate) fn enter(self, shape: &DiscShape, water: Option<&WaterSettings>, response: &mut Response) {
         let step = response.piston_displacement.step;
         let series = |values: Vec<f64>| Series::new(0.0, step, values);
@@ -191,7 +191,7 @@ impl WaterRecord {
         response.disc = Some(DiscResponse { velocity: series(self.back_velocity), pressure });
     }
 
-    /// The same where the ledger has the energy of the disc and the work on the water (J) among the stored energies.
+    /// The same where the energy balance has the energy of the disc and the work on the water (J) among the stored energies.
     pub(crate) fn enter_behind(
         self,
         front: &Front,

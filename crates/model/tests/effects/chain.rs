@@ -439,9 +439,9 @@ fn a_relaxation_that_never_ends_is_a_stiffer_annulus_and_one_that_is_over_at_onc
     assert!(brief[1] < 0.02 && brief[1] < 0.2 * brief[0], "{brief:?}");
 }
 
-/// All at once, over many scenes: books close, nothing hangs, forces never pull.
+/// All at once, over many scenes: the energy balance closes, nothing hangs, forces never pull.
 #[test]
-fn everything_together_closes_its_books() {
+fn everything_together_keeps_its_energy_balance() {
     let mut next = 7_u64;
     let mut random = move |low: f64, high: f64| {
         next = next.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -478,7 +478,7 @@ fn everything_together_closes_its_books() {
 }
 
 #[test]
-fn contacts_of_finite_bodies_go_with_horn_and_holder() {
+fn contacts_of_finite_bodies_go_with_horn_and_bead_guide() {
     let keys = ["model.kind=chain", "contact.law=finite-body", "model.mesh_density=6", "duration=60 us"];
     let mut scene = load("rigid", &keys);
     scene.horn = Some(Horn { mass: 1e-5, frequency: 73e3, quality: 30.0 });

@@ -83,7 +83,8 @@ fn a_spike_on_the_weak_beginning_of_a_motion_and_one_inside_a_drop_out_are_maske
     }
 }
 
-/// A decoder follows the loss of its signal over some samples, and two losses leave a few good ones between them that carry no bridge.
+/// A vibrometer output takes some samples to follow a loss of signal, and two losses leave a few good samples between
+/// them that cannot carry a bridge.
 #[test]
 fn the_edges_of_a_drop_out_and_a_few_samples_between_two_are_masked_with_it() {
     for (number, sample_rate) in [2.5e6, 5e6, 12.5e6].into_iter().enumerate() {

@@ -1,5 +1,3 @@
-//! Digilent WaveForms.
-
 use granchain_signal::{Dimension, Quantity};
 
 use super::{Line, Preamble, count};

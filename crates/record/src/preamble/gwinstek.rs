@@ -1,5 +1,3 @@
-//! GW Instek.
-
 use std::path::Path;
 
 use super::{Line, MeasurementError, Place, Preamble, cells, count, number, statements, values};

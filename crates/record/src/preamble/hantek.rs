@@ -1,5 +1,3 @@
-//! Hantek.
-
 use super::{Line, Preamble, cells};
 
 /// `#timebase=80000000(ps)` / `,#voltbase=2000000(uV)` / `#size=4064`, then seconds and millivolts: the keys are settings of the screen.

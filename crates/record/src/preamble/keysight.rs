@@ -1,5 +1,3 @@
-//! Keysight.
-
 use std::path::Path;
 
 use granchain_signal::Dimension;

@@ -1,5 +1,3 @@
-//! LabVIEW measurement files, `.lvm`.
-
 use std::path::Path;
 
 use super::{Line, MeasurementError, Place, Preamble, line_at, missing, number};

@@ -1,5 +1,3 @@
-//! Teledyne LeCroy.
-
 use std::path::Path;
 
 use super::{Line, MeasurementError, Preamble, count, missing, statements};

@@ -1,6 +1,6 @@
 //! What instruments write above their rows: which instrument it was, where the table begins, what it states about it.
 //!
-//! | instrument | told by | what is taken from it |
+//! | instrument | recognised by | what is taken from it |
 //! |---|---|---|
 //! | Digilent WaveForms | `#Digilent WaveForms` | sample rate, number of points |
 //! | GW Instek | `Memory Length` … `Waveform Data` | units, names, sample interval, number of points; counts are refused |
@@ -39,37 +39,36 @@ use std::path::Path;
 
 use super::{DecimalSign, MeasurementError, Place, column::parse_unit, decimal};
 
-/// What stands above a table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Preamble {
     pub instrument: &'static str,
-    /// Byte in the text at which the table begins with its header, or with its first row where `header` is given.
+    /// Byte in the text at which the table begins with its header, or with its first row if `header` is given.
     pub body: usize,
     pub body_line: u64,
-    /// Byte at which it ends, where more than one stand in the file.
+    /// Byte at which it ends, if the file holds several tables.
     pub end: Option<usize>,
-    /// Names of the columns, where they do not stand in the table; empty for those that hold no samples.
+    /// Names of the columns, if they are not in the table; empty for columns without samples.
     pub header: Option<Vec<String>>,
     /// Unit of time, and of everything else.
     pub units: Option<(String, String)>,
     /// First instant and sample interval (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
-    /// First instant and sample interval (s) of the columns of `header` whose instants do not stand in the rows, where they differ.
+    /// First instant and sample interval (s) of each column of `header` without instants in the rows, if they differ.
     pub clocks: Vec<Option<(f64, f64)>>,
-    /// Column that counts the samples from `Start`, and first instant and step (s) of its counts.
+    /// Column of the sample counter, and first instant and step (s) of its counts.
     pub counter: Option<(usize, f64, f64)>,
     /// Sample interval of the acquisition, s.
     pub interval: Option<f64>,
     pub points: Option<usize>,
-    /// Whether a remark may stand behind the cells of a row.
+    /// Whether a remark may follow the cells of a row.
     pub remarks: bool,
-    /// The segment that the table is, where there are several, and how many.
+    /// Number of this segment, and of all segments.
     pub segment: Option<(usize, usize)>,
     /// Number of segments in the table and rows of each.
     pub segments: Option<(usize, usize)>,
     /// The preamble's lines, as comments.
     pub statements: Vec<String>,
-    /// What is assumed because of it.
+    /// Assumptions made because of the preamble.
     pub assumptions: Vec<String>,
 }
 
@@ -92,7 +91,7 @@ impl<'a> Line<'a> {
         Some((bare(cells.next()?), bare(cells.next()?)))
     }
 
-    /// Key and value parted by a colon; the first value of several.
+    /// Key and value separated by a colon; the first value of several.
     fn keyed(&self) -> Option<(&'a str, &'a str)> {
         let (key, value) = self.text.trim_start_matches('#').split_once(':')?;
         Some((bare(key), bare(bare(value).split(|letter| is_delimiter(&letter)).next().unwrap_or_default())))
@@ -133,20 +132,20 @@ fn line_at(text: &str, at: usize) -> Line<'_> {
     Line { text: text[at..].lines().next().unwrap_or_default(), number, at }
 }
 
-/// The cells of a line by the delimiter that it has most of, blanks and quotes around them gone.
+/// Cells of a line, split at its most frequent delimiter, without surrounding blanks and quotes.
 fn cells(line: &str) -> Vec<&str> {
     let count = |delimiter: char| line.matches(delimiter).count();
     let delimiter = [';', '\t', ','].into_iter().filter(|it| count(*it) > 0).max_by_key(|it| (count(*it), *it != ','));
     line.split(delimiter.unwrap_or(',')).map(|cell| cell.trim().trim_matches('"').trim()).collect()
 }
 
-/// What is filled in behind a key, in the first row that it begins: a value for every channel.
+/// Values after a key in the first row that it begins, one for every channel.
 fn row_of<'a>(lines: &[Line<'a>], wanted: &str) -> Option<Vec<&'a str>> {
     let row = lines.iter().map(|line| cells(line.text)).find(|row| row[0].eq_ignore_ascii_case(wanted))?;
     Some(row.into_iter().skip(1).filter(|cell| !cell.is_empty()).collect())
 }
 
-/// What stands behind each time that a key stands in the row that it begins: a value for every waveform.
+/// Values after each occurrence of a key in the row that it begins, one for every waveform.
 fn values<'a>(lines: &[Line<'a>], wanted: &str) -> Vec<&'a str> {
     let rows = lines.iter().map(|line| cells(line.text));
     let mut rows = rows.filter(|row| row.first().is_some_and(|key| key.eq_ignore_ascii_case(wanted)));
@@ -155,7 +154,7 @@ fn values<'a>(lines: &[Line<'a>], wanted: &str) -> Vec<&'a str> {
     keys.filter_map(|at| row.get(at + 1).copied()).collect()
 }
 
-/// The preamble of an instrument at the beginning of `text`; of several segments in it `dataset` chooses.
+/// Recognises the preamble of an instrument at the beginning of `text`; `dataset` selects one of several segments.
 pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Result<Option<Preamble>, MeasurementError> {
     let whole = lines(text);
     let Some(line) = whole.iter().find(|line| !line.text.trim().is_empty()) else { return Ok(None) };
@@ -206,7 +205,7 @@ fn missing(path: &Path, instrument: &'static str, wanted: &'static str) -> Measu
     MeasurementError::Preamble { place: Place::file(path), instrument, wanted }
 }
 
-/// The lines before line `before` that say something.
+/// Non-empty lines before line `before`.
 fn statements(lines: &[Line<'_>], before: u64) -> Vec<String> {
     let above = lines.iter().filter(|line| line.number < before).map(|line| bare(line.text.trim_start_matches('#')));
     above.filter(|text| !text.is_empty()).map(str::to_owned).collect()

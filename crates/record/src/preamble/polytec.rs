@@ -1,5 +1,3 @@
-//! Polytec.
-
 use std::path::Path;
 
 use super::{Line, MeasurementError, Preamble, missing, statements};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Line, MeasurementError, Place, Preamble, bare, cells, count, lines, missing, number};
 
-/// The keys beside a file of values, where this is one.
+/// The file of keys that belongs to a file of values.
 pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Option<Preamble>, MeasurementError> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let lower = name.to_lowercase();
@@ -57,7 +57,7 @@ pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Optio
     }))
 }
 
-/// A file of keys in place of the values.
+/// Refuses a file of keys read instead of the file of values.
 pub(super) fn refuse_keys(path: &Path, lines: &[Line<'_>]) -> Result<(), MeasurementError> {
     let has = |key: &str| lines.iter().any(|line| line.text.starts_with(key));
     if has("XStart:") && has("Resolution:") && !lines.iter().any(|line| number(line.text).is_some()) {

@@ -1,5 +1,3 @@
-//! Siglent.
-
 use super::{Line, Preamble, cells, count, number, statements};
 
 /// `Record Length,Analog:140000` / `Sample Interval,CH1:0.000002` / … / `Source,CH1` / `Second,Volt`, then instants of few digits and volts. Newer ones write

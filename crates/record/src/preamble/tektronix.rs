@@ -1,5 +1,3 @@
-//! Tektronix.
-
 use std::path::Path;
 
 use granchain_signal::Dimension;
@@ -84,7 +82,7 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
     Ok(Some(preamble))
 }
 
-/// `TIME,CH1` without keys above it: seconds and volts, as ever.
+/// `TIME,CH1` without keys above it: seconds and volts.
 pub(super) fn plain(first: &Line<'_>) -> Option<Preamble> {
     let names = cells(first.text);
     let is_channel = |name: &&str| name.strip_prefix("CH").is_some_and(|number| number.parse::<u8>().is_ok());
@@ -99,8 +97,8 @@ pub(super) fn plain(first: &Line<'_>) -> Option<Preamble> {
     })
 }
 
-/// Names of `width` columns, among them instants (`times`), each with the values of a waveform to their right; those that repeat the first
-/// waveform's instants in row `first` have none.
+/// Names of `width` columns. Each column of instants (`times`) is followed by the values of a waveform; a column that
+/// repeats the first waveform's instants in row `first` has no name.
 fn side_by_side(lines: &[Line<'_>], times: &[usize], width: usize, first: &[&str]) -> Vec<String> {
     let (sources, units) = (values(lines, "Source"), values(lines, "Vertical Units"));
     let mut header = vec![String::new(); width];

@@ -1,14 +1,15 @@
-//! Lines above a table by an instrument that nobody here knows.
+//! Lines above a table by an unknown instrument.
 
 use super::{super::column::is_counter, Line, Preamble, cells, number, parse_unit, statements};
 
 /// Rows of numbers that make a table.
 const ROWS: usize = 4;
 
-/// Names of a column of time, as they begin.
+/// Beginnings of the name of a time column.
 const TIMES: [&str; 7] = ["time", "zeit", "temps", "second", "t ", "t(", "t["];
 
-/// A header that names a time or a counter, as wide as the rows of numbers below it (a row of units may stand between), where other lines stand above it.
+/// A header below other lines that names a time or a counter and is as wide as the rows of numbers below it; a row of
+/// units may follow it.
 pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
     let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line.text)).collect();
     let filled = |row: &[&str]| row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);

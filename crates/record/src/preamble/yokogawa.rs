@@ -1,5 +1,3 @@
-//! Yokogawa.
-
 use granchain_signal::Dimension;
 
 use super::{Line, Preamble, cells, count, number, parse_unit, row_of, statements};

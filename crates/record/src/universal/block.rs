@@ -129,7 +129,6 @@ impl Head {
         usize::try_from(self.function).ok().and_then(|kind| FUNCTIONS.get(kind)).copied().unwrap_or("unknown function")
     }
 
-    /// The function in words.
     pub(super) fn described(&self, number: usize) -> String {
         let of = |axis: &Axis| match (axis.label.as_str(), axis.unit.as_str()) {
             ("", "") => format!("quantity {}", axis.quantity),

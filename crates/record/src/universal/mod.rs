@@ -44,12 +44,7 @@ pub enum UniversalError {
     #[error(
         "{place}: expected a record in time, found {count} functions of which none is one, such as {first}; export the time data"
     )]
-    Spectra {
-        place: Place,
-        count: usize,
-        /// The first, in words.
-        first: String,
-    },
+    Spectra { place: Place, count: usize, first: String },
     #[error("{place}: expected a function (data set 58), found {found}; export the time data as function")]
     NoFunction { place: Place, found: String },
     #[error("{place}: expected a real time response, found {found}; export the time data{}", if *several { ", or choose another with --read dataset=N" } else { "" })]

@@ -12,7 +12,6 @@ pub enum ByteOrder {
     Big,
 }
 
-/// Bytes of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
     /// Four; six digits as text.
@@ -29,7 +28,6 @@ pub struct UniversalForm {
     pub binary: Option<ByteOrder>,
 }
 
-/// Samples with their instants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Samples<'a> {
     Even(&'a Series),

@@ -264,7 +264,7 @@ fn blanks_and_carriage_returns_are_separators_too() {
 }
 
 #[test]
-fn a_second_channel_is_told_by_its_name_and_else_asked_for_with_all_that_is_missing() {
+fn a_second_channel_is_recognised_by_its_name_or_listed_with_all_that_is_missing() {
     let two = |first: &str, second: &str| {
         format!("Time (s),{first},{second}\n") + &rows(|i| format!("{:.9e},{:.12},7.5", time(i), volts(i)))
     };

@@ -52,7 +52,7 @@ fn a_german_export_is_the_plain_file_bit_for_bit() {
     assert_eq!((plain.series.len(), plain.pretrigger, plain.form.as_str()), (100, 20, "commas, decimal points, UTF-8"));
     assert!(!plain.assumptions.iter().any(|text| text.contains("separated") || text.contains("encoding")));
     for (name, said) in [
-        ("german.csv", &["cells separated by semicolons, decimal commas (told from the first rows)"][..]),
+        ("german.csv", &["cells separated by semicolons, decimal commas (taken from the first rows)"][..]),
         ("german-windows.csv", &["encoding: Windows-1252, for byte 0xb5 in line 1 is no UTF-8", "semicolons"]),
         ("german-utf16.csv", &["encoding: UTF-16 little-endian", "semicolons"]),
         ("german-utf16-big.csv", &["encoding: UTF-16 big-endian", "semicolons"]),
@@ -176,7 +176,7 @@ fn volts_need_a_sensitivity_and_nothing_else_may_have_one() {
     assert!(bare.to_string().ends_with("pass it as --scale '<VALUE> mm/s/V'"), "{bare}");
     let needless = read_record(&file("plain.csv"), RecordKind::Vibrometer, &scaled()).unwrap_err().to_string();
     assert!(needless.contains("--scale is for a column in volts, found the unit `mm_per_s`"), "{needless}");
-    // A displacement decoder makes a horn-tip record.
+    // A displacement vibrometer makes a horn-tip record.
     let options = ReadOptions { scale: Some(Sensitivity::parse("2 um/V").unwrap()), ..ReadOptions::default() };
     let horn = read_record(&file("volts.csv"), RecordKind::HornTip, &options).unwrap();
     let ratio = horn.raw.peak() / read("volts.csv", &scaled()).raw.peak();
@@ -191,7 +191,7 @@ fn volts_need_a_sensitivity_and_nothing_else_may_have_one() {
     assert_says(
         "volts.csv",
         &read("volts.csv", &options),
-        &["the record's peak is 19 % of the decoder's range (1 m/s)"],
+        &["the record's peak is 19 % of the instrument's range (1 m/s)"],
     );
     let options = ReadOptions { range: Some(Quantity::parse("1 um").unwrap()), ..scaled() };
     let error = read_record(&file("volts.csv"), RecordKind::Vibrometer, &options).unwrap_err();
@@ -336,5 +336,5 @@ fn a_record_that_the_instrument_thinned_out_is_suspected() {
     let rows: String = (0..500).map(|i| format!("{i},{}\n", noise())).collect();
     assert!(warnings(&format!("time_us,v [V]\n{rows}")).is_empty());
     let found = warnings(&format!("# bandwidth: 1.5 MHz\ntime_us,v [V]\n{rows}"));
-    assert!(found.len() == 1 && found[0].contains("the decoder passes 1.5 MHz"), "{found:?}");
+    assert!(found.len() == 1 && found[0].contains("the instrument's bandwidth is 1.5 MHz"), "{found:?}");
 }

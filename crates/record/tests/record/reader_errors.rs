@@ -218,7 +218,7 @@ fn bare_volts() {
     for header in ["time_ms,CH1 (V)", "time_ms,CH1 [mV]", "time_ms,signal_V"] {
         let message = refused(&file(header, &rows(20)));
         assert!(message.contains("expected a velocity, found volts"), "{message}");
-        assert!(message.contains("decoder's sensitivity; pass it as --scale '<VALUE> mm/s/V'"), "{message}");
+        assert!(message.contains("vibrometer's sensitivity; pass it as --scale '<VALUE> mm/s/V'"), "{message}");
         assert!(message.starts_with("vib.csv:2: column `"), "{message}");
     }
     let message = refused(&format!("Time,CH1\ns,Volt\n{}\n", rows(20).join("\n")));

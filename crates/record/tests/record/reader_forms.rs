@@ -101,7 +101,7 @@ fn flags_give_units_and_columns() {
 
 #[test]
 fn sign_baseline_delay_and_trigger_are_undone() {
-    // The lab's axis starts at 0, the head looks the other way, the decoder is 4 µs late and has an offset.
+    // The lab's axis starts at 0, the head looks the other way, the vibrometer is 4 µs late and has an offset.
     let rows: Vec<_> = motion().iter().map(|(t, v)| format!("{},{}", t + 60e-6 + 4e-6, 0.013 - v)).collect();
     let text = format!("time_s,velocity_m_per_s\n{}\n", rows.join("\n"));
     let options = ReadOptions {
@@ -126,7 +126,7 @@ fn sign_baseline_delay_and_trigger_are_undone() {
 }
 
 #[test]
-fn noise_is_told_from_the_pretrigger() {
+fn noise_is_estimated_from_the_pretrigger() {
     let rows: Vec<_> = motion()
         .iter()
         .enumerate()

@@ -43,9 +43,7 @@ pub enum DrawnSupport {
     },
     /// A disc in front of water.
     Disc {
-        /// Radius, m.
         radius: f64,
-        /// Thickness, m.
         thickness: f64,
         /// Whether water lies behind it.
         water: bool,

@@ -85,8 +85,8 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 /// Where the record stands, and by what.
 fn decided(law: &Law<'_>) -> String {
     format!(
-        "Of records that the model makes itself {} are as far from it as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). \
-         Each feature below is what the fit compared; deviations are those left once the parameters have taken up what they can.",
+        "Of the records simulated with this model {} fit as badly as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). \
+         Each feature below is what the fit compared; deviations are residuals after the fit.",
         share(law.fit.p_value)
     )
 }
@@ -116,7 +116,7 @@ fn share(p: f64) -> String {
     if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{} %", significant(100.0 * p, 2)) }
 }
 
-/// The rungs of the ladder side by side.
+/// The fidelity levels side by side.
 fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
     let laddered = || laws.iter().filter(|law| law.drawn.below.is_some());
     if laddered().next().is_none() {

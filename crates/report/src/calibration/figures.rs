@@ -296,7 +296,7 @@ fn pairs(law: &Law<'_>) -> Option<Plate> {
     Some(Plate::new(format!("pairs-{}", law.key()), figure))
 }
 
-/// The 90 % regions of all rungs on common axes.
+/// The 90 % regions of all fidelity levels on common axes.
 pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
     let (below, above) = (law.below(), law.drawn.map.as_ref()?);

@@ -13,12 +13,10 @@ use granchain_signal::{Series, feature::Window};
 /// Everything the report says, plain and in SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationReport {
-    /// What `calibration.json` says.
     pub outcome: CalibrationOutcome,
     pub scene: String,
     /// One sentence on the scene.
     pub scene_description: String,
-    /// f0, Hz.
     pub drive_frequency: f64,
     /// What stands on the bench.
     #[serde(default)]
@@ -43,7 +41,7 @@ pub struct RecordReport {
     pub label: String,
     /// The file, such as `measurements/annulus-73khz/vib.csv`.
     pub title: String,
-    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` or `twin` where it is
+    /// What the record is to be called in legends and tables: `recorded`, or `reconstruction` or `synthetic` if it is
     /// no measurement.
     pub record_label: String,
     /// What a reader must know of the record's origin; shown before any result. Empty for a plain measurement.

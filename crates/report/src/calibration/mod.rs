@@ -1,6 +1,6 @@
 //! The report of a calibration: what a researcher sends to a colleague.
 //!
-//! [`CalibrationReport`] is the outcome and what only its figures show, plain data in SI, filled by whoever made the calibration and stored
+//! [`CalibrationReport`] is the outcome and what only its figures show, plain data in SI, filled by the program or library and stored
 //! beside it (`report.json`), so that a finished calibration can be rendered again without running anything.
 
 mod bench;

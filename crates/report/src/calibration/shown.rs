@@ -149,7 +149,6 @@ pub fn law_name(kind: &str) -> &str {
 pub(super) struct Estimate {
     /// Name for people, such as `amplitude scale`.
     pub name: &'static str,
-    /// Symbol, such as `α`.
     pub symbol: &'static str,
     /// Unit; `1` for a pure number.
     pub unit: String,

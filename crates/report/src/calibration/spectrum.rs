@@ -30,7 +30,7 @@ pub(crate) struct SpectrumCurve<'a> {
     pub stroke: Stroke,
 }
 
-/// Strokes for recorded and simulated curves wherever both appear: told apart by colour, grey value, width and dash.
+/// Strokes for recorded and simulated curves wherever both appear: distinguished by colour, grey value, width and dash.
 pub(super) const RECORDED: Stroke = Stroke::new(Colour::Black).width(1.1);
 /// See [`RECORDED`].
 pub(super) const SIMULATED: Stroke = Stroke::new(Colour::Vermillion).width(0.9);

@@ -62,7 +62,7 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
 pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
     let record = &report.records[number];
     let watched = report.features(number);
-    // Of a twin, or of a bench of one's own, nothing is in print.
+    // Of a synthetic record, or of a bench of one's own, nothing is in print.
     let in_print = watched.iter().any(|row| row.published.is_some());
     let rows: Vec<Vec<String>> = watched
         .iter()
@@ -104,7 +104,7 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     Some(Table {
         caption: format!(
             "Features over the analysis window{} (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; \
-             agreement closer than that means nothing. Sensitivity: change for +1 % drive.",
+             smaller differences are not significant. Sensitivity: change for +1 % drive.",
             record.window.map_or_else(String::new, |window| format!(
                 ", {} to {} µs",
                 significant(window.from * 1e6, 4),

@@ -135,7 +135,6 @@ pub enum Layer {
     Line {
         /// Name in the legend; empty keeps it out.
         label: String,
-        /// (x, y).
         points: Vec<(f64, f64)>,
         stroke: Stroke,
     },

@@ -50,7 +50,6 @@ pub const PAGE_WIDTH_MM: f64 = 174.0;
 pub struct Figure {
     /// What the figure shows, in one sentence: the caption, and the title element of the SVG for those who cannot see it.
     pub title: String,
-    /// Printed width, mm.
     pub width_mm: f64,
     /// Panels side by side in one row.
     pub columns: usize,

@@ -1,6 +1,6 @@
 //! Colours that most kinds of colour vision tell apart, and whose greys differ.
 //!
-//! Okabe and Ito (2008), *Color Universal Design*: eight colours told apart with normal vision, protanopia and deuteranopia.
+//! Okabe and Ito (2008), *Color Universal Design*: eight colours distinguished with normal vision, protanopia and deuteranopia.
 
 /// A colour of Okabe and Ito's set, plus a grey for what stands in the background.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +81,7 @@ pub(super) fn shade(share: f64) -> (u8, u8, u8) {
     between(&STOPS, share)
 }
 
-/// Colour of a signed map at `share` (0 most negative, ½ zero, 1 most positive): blue, white, red, told apart with every common kind of colour
+/// Colour of a signed map at `share` (0 most negative, ½ zero, 1 most positive): blue, white, red, distinguished with every common kind of colour
 /// vision, lightness falling evenly to both ends.
 ///
 /// *RdBu* turned round, Harrower and Brewer (2003), *The Cartographic Journal* 40, 27 (colorbrewer2.org, Apache 2.0).

@@ -223,7 +223,7 @@ mod tests {
     fn panel(height: f64) -> Panel {
         let points = (0..100).map(|i| (f64::from(i) * 1e-6, height * (f64::from(i) * 0.3).sin())).collect();
         Panel::new(Axis::new("Time", "µs").times(1e6), Axis::new("Velocity", "mm/s").times(1e3)).line(
-            "twin",
+            "synthetic",
             points,
             Stroke::new(Colour::Blue).dash(Dash::Dashed),
         )

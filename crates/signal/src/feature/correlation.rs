@@ -1,4 +1,4 @@
-//! How alike two impulses, or trains of them, are whatever lies between their clocks.
+//! Similarity of two records whose clocks have an unknown lag.
 
 use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
@@ -16,14 +16,16 @@ pub struct CorrelationPeak {
 
 /// Largest normalised cross-correlation of two records over every lag,
 ///
-/// max over τ of Σ a(t) b(t + τ)/√(Σ a² Σ b²),
+/// max over τ of Σ a(t) b(t + τ)/√(Σ a² Σ b²).
 ///
-/// sums over all samples, records counted as zero outside themselves and no mean removed: 1 for records that differ by a delay and a positive
-/// factor only, and less the more else they differ. The measure by which the companion work holds a modelled train of impulses against that of
-/// a hydrophone. It does not see the size of either; a record with an offset must be freed of it first. [`similarity`](super::similarity) is
-/// the stricter measure of two steady responses to one drive, with the lag held to a few drive periods.
+/// The sums run over all samples; records count as zero outside their span, and no mean is removed. The value is 1 for
+/// records that differ only by a delay and a positive factor. It does not depend on the size of either record; remove
+/// an offset first. The companion paper uses it to compare a modelled impulse train with a hydrophone record.
+/// [`similarity`](super::similarity) is the stricter measure for two steady responses to one drive: it limits the lag
+/// to a few drive periods.
 ///
-/// - `reference`, `candidate`: of any unit each, same sample step (to 1e-9); the maximum is interpolated between samples by a parabola
+/// - `reference`, `candidate`: of any unit each, same sample step (to 1e-9); the maximum is interpolated between
+///   samples by a parabola
 ///
 /// # Errors
 /// A series that is empty, not finite or zero throughout, or steps that differ.

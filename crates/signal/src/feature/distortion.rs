@@ -1,10 +1,10 @@
-//! How far a response is from the drive's sine: distortion and bandwidth.
+//! Deviation of a response from a sine: distortion and bandwidth.
 
 use super::{AmplitudeSpectrum, FeatureError, Window, amplitude_spectrum, line, line_amplitude};
 use crate::Series;
 
-/// Highest harmonic that is summed at its own frequency; a record much faster than its drive has thousands, and they would cost the square of its
-/// length.
+/// Highest harmonic order evaluated at its own frequency. Higher orders use the FFT, since their number grows with the
+/// length of the record.
 const HIGHEST_SUMMED: u32 = 100;
 
 /// Rms of the drive's harmonics over the total rms, √(Σ_{n ≥ 2} A_n²/2)/x_rms, 0…1.

@@ -38,12 +38,7 @@ pub enum FeatureError {
         "drive frequency {frequency_hz} Hz: expected a value above 0 and below {limit_hz} Hz (0.8 of the Nyquist \
          frequency); check the sample interval's unit"
     )]
-    DriveFrequency {
-        /// What was given, Hz.
-        frequency_hz: f64,
-        /// Upper limit, Hz.
-        limit_hz: f64,
-    },
+    DriveFrequency { frequency_hz: f64, limit_hz: f64 },
     #[error(
         "no spectral line within {span_hz:.0} Hz of {guess_hz:.0} Hz: state the drive frequency with --drive-frequency"
     )]
@@ -56,10 +51,5 @@ pub enum FeatureError {
     #[error(
         "sample steps {reference_s:.6e} s and {candidate_s:.6e} s: expected the same step in both; resample one to the other's"
     )]
-    Steps {
-        /// Of the reference, s.
-        reference_s: f64,
-        /// Of the candidate, s.
-        candidate_s: f64,
-    },
+    Steps { reference_s: f64, candidate_s: f64 },
 }

@@ -1,21 +1,23 @@
-//! The fingerprint of a record, a bead's velocity or the pressure in the water: absolute amplitudes that survive chaos, in logarithms.
+//! Fingerprint of a velocity or pressure record: logarithms of amplitudes that are reproducible although the motion is
+//! chaotic.
 //!
 //! A trace of 40 samples a drive period (conditioned alike for lab and model) is reduced to
 //!
 //! - its two peaks, m/s or Pa;
 //! - the mean over the late window of the per-period maximum and −minimum;
 //! - of a velocity: rms in narrow bands around f0·{1/3, 1/2, 2/3, 1, 2, 3} and in four broad bands of the late window;
-//! - of a pressure: rms in bands around the harmonics up to 1 MHz, and in one broad band below and one above f0 of the late window;
-//! - the maximum and −minimum in cycles 0–3, 3–6, 6–9, 9–12 after the onset: the ring-up is a free sweep of
-//!   drive level before chaos forgets.
+//! - of a pressure: rms in bands around the harmonics up to 1 MHz, and in one broad band below and one above f0 of the
+//!   late window;
+//! - the maximum and −minimum in cycles 0–3, 3–6, 6–9, 9–12 after the onset: during the ring-up the drive level rises,
+//!   and chaos has not yet set in.
 //!
-//! All of them about the running mean over 12 drive periods from the onset on: offset, drift and hum of an instrument stay outside, lines at
-//! f0/2, f0/3, f0/4 and f0/6 pass as they are, and a bead that stays where it is has no velocity as slow as that.
+//! The running mean over 12 drive periods is removed from the onset on. This takes out offset, drift and hum of the
+//! instrument; lines at f0/2, f0/3, f0/4 and f0/6 pass unchanged, and bead motion has no content that slow.
 //!
-//! Each amplitude f enters as z = ½ ln(f² + (0.003 P)²), P the peak of the *record*, so that a vanishing line has a
-//! floor and nothing is divided by the line at the drive. The onset is the first crossing of one fixed absolute
-//! threshold, so the trigger of the record drops out. A record that begins inside the answer has no onset: its late window ends where the answer falls,
-//! which the end of the burst makes every trace do, and nothing else is compared.
+//! Each amplitude f enters as z = ½ ln(f² + (0.003 P)²), where P is the peak of the *record*. A vanishing line thus
+//! has a floor, and no feature is divided by the line at the drive. The onset is the first crossing of a fixed
+//! absolute threshold, so the trigger time of the record does not matter. A record that begins after the onset is
+//! aligned by the decay after the burst, and only its late window is compared.
 
 use std::{borrow::Cow, sync::Arc};
 
@@ -86,9 +88,9 @@ pub enum FingerprintError {
     )]
     NoOnset {
         measurand: Measurand,
-        /// The threshold, unit of the measurand.
+        /// Threshold, unit of the measurand.
         threshold: f64,
-        /// Largest value of the trace in size, likewise.
+        /// Largest magnitude of the trace, unit of the measurand.
         peak: f64,
     },
     #[error(
@@ -97,7 +99,7 @@ pub enum FingerprintError {
     )]
     NoFall {
         measurand: Measurand,
-        /// That strength, unit of the measurand.
+        /// Rms level, unit of the measurand.
         level: f64,
     },
     #[error("the trace has {available_cycles:.1} drive periods after its onset, expected at least {needed_cycles:.1}")]
@@ -125,11 +127,11 @@ pub struct Fingerprint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placed {
     Onset,
-    /// By its onset, but only the late window is looked at: the ring-up was not recorded.
+    /// Aligned by the onset, but only the late window is used: the ring-up was not recorded.
     Late,
-    /// By its beginning, which lies nobody knows where in the answer; only the late window is looked at.
+    /// Aligned by the first sample; its position in the response is unknown. Only the late window is used.
     Somewhere,
-    /// By its fall; only the late window before it is looked at.
+    /// Aligned by the decay after the burst; only the late window before it is used.
     Fall,
 }
 
@@ -205,7 +207,8 @@ impl Fingerprint {
         Some(Self::placed(measurand, set, (threshold, scale), placed, drive_frequency))
     }
 
-    /// As [`Fingerprint::of`] for a record that begins inside the answer: a late window of up to 30 periods, a multiple of 6, and nothing else.
+    /// As [`Fingerprint::of`] for a record that begins after the onset: a late window of up to 30 periods (a multiple
+    /// of 6) and nothing else.
     ///
     /// - `placed`: by the fall where that was recorded, else somewhere
     /// - `level`: rms of the fall, see [`Strength`](super::landmark::Strength), or onset threshold
@@ -250,14 +253,14 @@ impl Fingerprint {
         }
     }
 
-    /// The same for traces of which every amplitude is `factor` times as large.
+    /// The same for traces whose amplitudes are `factor` times as large.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
         Self { threshold: factor * self.threshold, scale: factor * self.scale, ..self }
     }
 
-    /// The same without what is measured before the late window, peaks included: for a record whose drive was recorded from inside its burst on, so that
-    /// nobody knows what made the ring-up.
+    /// The same without features before the late window, peaks included: for a drive record that begins inside the
+    /// burst, so that the drive of the ring-up is unknown.
     #[must_use]
     pub fn late_only(self) -> Self {
         Self { early_windows: 0, placed: Placed::Late, ..self }
@@ -296,27 +299,27 @@ impl Fingerprint {
         ((2.0 * z).exp() - self.floor(index).powi(2)).max(0.0).sqrt()
     }
 
-    /// The onset threshold, or the rms of the [fall](Fingerprint::falls), m/s or Pa.
+    /// The onset threshold, or the rms of the [decay](Fingerprint::falls), m/s or Pa.
     pub fn threshold(&self) -> f64 {
         self.threshold
     }
 
-    /// Whether windows are placed by the fall of a trace, not by its onset.
+    /// Whether traces are aligned by their decay instead of their onset.
     pub fn falls(&self) -> bool {
         self.placed == Placed::Fall
     }
 
-    /// Whether windows are placed by the onset of a trace.
+    /// Whether traces are aligned by their onset.
     pub fn by_onset(&self) -> bool {
         matches!(self.placed, Placed::Onset | Placed::Late)
     }
 
-    /// Whether nobody knows where in the answer the record begins.
+    /// Whether the position of the record within the response is unknown.
     pub fn lies_somewhere(&self) -> bool {
         self.placed == Placed::Somewhere
     }
 
-    /// Sample by which the windows of a trace are placed and two traces are laid on each other: its onset, or where its fall begins.
+    /// Alignment reference of a trace: the sample of its onset, or the start of its decay.
     ///
     /// # Errors
     /// Where it has none.
@@ -477,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn the_harmonics_of_a_pressure_are_told_apart_up_to_1_mhz() {
+    fn the_harmonics_of_a_pressure_are_separated_up_to_1_mhz() {
         // n-th harmonic of amplitude 100/n Pa, n up to 14, under a drive of 73 kHz.
         let step = 1.0 / SAMPLES_PER_CYCLE as f64;
         let value = |i: usize| {

@@ -8,8 +8,8 @@ use super::{
 };
 use crate::Series;
 
-/// Widest span that is searched point by point, in resolutions of the window: 320 periods of the drive. Beyond, each of the points, whose number
-/// grows with the window, would take a pass over all of it.
+/// Widest span that is searched point by point, in resolutions of the window (320 drive periods). In wider spans the
+/// cost of each point would grow with the window.
 const LONG_SPAN: f64 = 16.0;
 
 /// Frequency of the line nearest `guess`, Hz: where A(f) over the drive's window is largest.
@@ -30,7 +30,7 @@ pub fn refine_frequency(series: &Series, guess: f64) -> Result<f64, FeatureError
     refine_in(series, window, guess)
 }
 
-/// [`refine_frequency`] over a window of the caller's.
+/// [`refine_frequency`] over a given window.
 fn refine_in(series: &Series, window: Window, guess: f64) -> Result<f64, FeatureError> {
     let window = window.on(series)?;
     let resolution = 1.0 / window.duration();
@@ -121,7 +121,8 @@ fn explained(series: &Series, window: Window, frequency: f64) -> Option<f64> {
     Some((ss * xc * xc - 2.0 * cs * xc * xs + cc * xs * xs) / determinant / xx)
 }
 
-/// Frequency of the strongest line of a record, Hz, where no drive is known: a guess to be said aloud.
+/// Frequency of the strongest line of a record, Hz: an estimate for records without a stated drive, to be reported as
+/// an assumption.
 ///
 /// Searched from four periods in the window to 0.8 of the Nyquist frequency.
 ///

@@ -1,9 +1,9 @@
-//! By what two traces are laid on each other: their onset, or the fall at the end of the answer.
+//! Alignment references of a trace: its onset, or the decay after the burst.
 
 use super::fingerprint::{Fingerprint, FingerprintError, MEAN_CYCLES, SAMPLES_PER_CYCLE};
 use crate::{Series, about_running_mean};
 
-/// Periods over which the strength of a trace is taken where its fall is looked for: whole ones of f0/3.
+/// Periods over which the rms is taken when the decay is located: whole periods of f0/3.
 const FALL_CYCLES: usize = 3;
 
 /// Mean square over [`FALL_CYCLES`] periods, about the running mean, by the first of their samples.
@@ -17,8 +17,8 @@ fn strength(values: &[f64]) -> Vec<f64> {
     sums.iter().zip(sums.iter().skip(width)).map(|(before, after)| (after - before) / width as f64).collect()
 }
 
-/// Where a trace of that strength falls: half a period behind the highest sample of the first of the last three periods whose rms is `level` or more, so
-/// that periods are cut between their impulses.
+/// Sample at which the decay begins: half a period after the highest sample of the first of the last three periods
+/// with an rms of at least `level`. Periods are thus cut between their impulses.
 fn fall_of(values: &[f64], strength: &[f64], level: f64) -> Option<usize> {
     let first = strength.iter().rposition(|square| *square >= level * level)?;
     let period = values[first..].iter().take(SAMPLES_PER_CYCLE);
@@ -31,7 +31,8 @@ pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
 }
 
 impl Fingerprint {
-    /// Instant of the sample of [`Fingerprint::landmark`], s; of an onset that of the crossing itself, between two samples.
+    /// Instant of the alignment reference ([`Fingerprint::landmark`]), s; an onset is interpolated between two
+    /// samples.
     pub fn landmark_time(&self, trace: &Series) -> Result<f64, FingerprintError> {
         let index = self.landmark(trace)?;
         let Some(before) = index.checked_sub(1).filter(|_| !self.falls()) else { return Ok(trace.time(index)) };
@@ -40,19 +41,19 @@ impl Fingerprint {
     }
 }
 
-/// How strong a record is: rms over three periods, about its running mean.
+/// Running rms of a record over three periods, about its running mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strength {
-    /// Half of the most that it has anywhere, m/s or Pa.
+    /// Half of the largest running rms, m/s or Pa.
     pub level: f64,
-    /// Whether its first three periods have as much.
+    /// Whether the first three periods reach this level.
     pub from_the_first: bool,
-    /// Sample where it falls: in the last three periods that have as much, if six periods at least were recorded from there on.
+    /// Sample at which the decay begins, if at least six periods follow it.
     pub falls: Option<usize>,
 }
 
 impl Strength {
-    /// Of a record of [`SAMPLES_PER_CYCLE`] samples a period.
+    /// Measures a record of [`SAMPLES_PER_CYCLE`] samples a period.
     pub fn of(record: &Series) -> Self {
         let strength = strength(&record.values);
         let level = 0.5 * strength.iter().copied().fold(0.0, f64::max).sqrt();
@@ -71,7 +72,7 @@ impl Strength {
 /// - `record`: conditioned velocity or pressure
 /// - `noise_rms`: σ of the conditioned record, unit of the record
 ///
-/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be told from noise.
+/// `None` when 6 σ exceeds 25 % of the peak: the onset cannot be distinguished from noise.
 pub fn onset_threshold(record: &Series, noise_rms: f64) -> Option<f64> {
     const CANDIDATES: usize = 64;
     let peak = record.peak();

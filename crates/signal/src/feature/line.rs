@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::{AmplitudeSpectrum, FRACTIONAL_LINES, FeatureError, Ratio, Window};
 use crate::Series;
 
-/// Highest share of the Nyquist frequency at which an amplitude is believed: anti-alias filters roll off beyond.
+/// Highest share of the Nyquist frequency at which amplitudes are used: anti-alias filters roll off above.
 pub const USABLE_NYQUIST_FRACTION: f64 = 0.8;
 
 /// Fewest periods of a line that the window must hold: below, Hann's main lobe (±2/T) reaches half way to 0 Hz.
@@ -60,8 +60,9 @@ pub fn line_phasor(series: &Series, window: Window, frequency: f64) -> Phasor {
     Phasor { amplitude: 2.0 * re.hypot(im) / sums.weight, phase: phase - turns * std::f64::consts::TAU }
 }
 
-/// Complex weights, one a sample, with which Σ weight · x is amplitude · e^(i phase) of [`line_phasor`], for every series on this clock: where many
-/// series are too many to keep. `clock` gives start, step and number of samples; its values do not matter. Real and imaginary parts.
+/// Complex weights (real and imaginary parts), one a sample: Σ weight · x equals amplitude · e^(i phase) of
+/// [`line_phasor`] for every series on this clock. Use them when there are too many series to store. Only start, step
+/// and number of samples of `clock` matter.
 pub fn line_weights(clock: &Series, window: Window, frequency: f64) -> Vec<(f64, f64)> {
     let mut weights = vec![(0.0, 0.0); clock.len()];
     let Ok(window) = window.on(clock) else { return weights };
@@ -175,7 +176,6 @@ fn sums<const K: usize>(series: &Series, window: Window, frequency: f64) -> Opti
 pub struct Line {
     /// Frequency over f0, exact.
     pub ratio: Ratio,
-    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// A, SI unit of the series.
     pub amplitude: f64,
@@ -192,9 +192,8 @@ pub struct Line {
 pub struct AbsentLine {
     /// Frequency over f0, exact.
     pub ratio: Ratio,
-    /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// What is in the way, with the numbers.
+    /// Why the line was not measured, with the numbers.
     pub reason: String,
 }
 
@@ -264,7 +263,6 @@ pub fn lines(
     Ok(table)
 }
 
-/// Highest frequency whose amplitude is believed, Hz.
 pub(super) fn usable_limit(series: &Series) -> f64 {
     0.5 * USABLE_NYQUIST_FRACTION * series.sample_rate()
 }
@@ -278,7 +276,7 @@ pub(super) fn check(series: &Series, drive_frequency: f64) -> Result<(), Feature
     Ok(())
 }
 
-/// Refuse an all too short series and one with a value that is no number.
+/// Refuses a series that is too short or has a value that is not finite.
 pub(super) fn check_finite(series: &Series) -> Result<(), FeatureError> {
     if series.len() < 3 {
         return Err(FeatureError::TooFewSamples { needed: 3, found: series.len() });

@@ -1,8 +1,8 @@
-//! What a record or a run is measured for: the motion of the last bead, or the sound behind the disc.
+//! Measured quantity: velocity of the last bead, or pressure behind the disc.
 
 use serde::{Deserialize, Serialize};
 
-/// The quantity that a record holds and that runs are compared with it by.
+/// Quantity of a record, and of the runs compared with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measurand {

@@ -8,14 +8,14 @@ use super::{
 };
 use crate::Series;
 
-/// How a trace is to be measured: the same for lab and model.
+/// Settings of the measurement, the same for lab and model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureSettings {
     /// f0, Hz, refined from the drive record.
     pub drive_frequency: f64,
-    /// Where the drive is on; `None`: the whole trace.
+    /// Window in which the drive is on; `None`: the whole trace.
     pub window: Option<Window>,
-    /// Rms of the noise in this very trace, unit of the series; 0 for none.
+    /// Rms of the noise in this trace, unit of the series; 0 for none.
     pub noise_rms: f64,
     /// Bandwidth up to which that noise is white, Hz; `None`: up to the Nyquist frequency.
     pub noise_bandwidth: Option<f64>,
@@ -44,7 +44,6 @@ impl FeatureSettings {
 pub struct Features {
     /// SI unit of every amplitude below.
     pub unit: String,
-    /// f0, Hz.
     pub drive_frequency_hz: f64,
     /// The window measured in, s.
     pub window: Window,
@@ -57,7 +56,7 @@ pub struct Features {
     pub rms: f64,
     pub lines: Vec<Line>,
     pub absent: Vec<AbsentLine>,
-    /// Amplitude of what is no line, in `unit`; `None` in a window too short to tell.
+    /// Median amplitude outside the lines, in `unit`; `None` if the window is too short.
     pub noise_floor: Option<f64>,
     /// Rms of the drive's harmonics over the total rms, 1.
     pub thd: f64,
@@ -65,7 +64,7 @@ pub struct Features {
     pub bandwidth_hz: Option<f64>,
     /// Highest frequency at −20 dB re the drive line, Hz.
     pub bandwidth_20db_hz: Option<f64>,
-    /// The train of impulses, where there are two or more.
+    /// Impulse train, if there are two impulses or more.
     pub repetition: Option<Repetition>,
 }
 

@@ -17,7 +17,7 @@
 //!    and what the maximum of those plus fresh noise exceeds their largest by is subtracted.
 //!
 //! Left over, for σ = 3 % of the larger peak and 1.5 to 10 MHz: 0.8 % of it for trains of equal impulses and for single
-//! ones (raw extreme: up to 8 %), −1.6 % where heights scatter by as much as the noise and cannot be told from it; 5 % of
+//! ones (raw extreme: up to 8 %), −1.6 % where heights scatter by as much as the noise and cannot be distinguished from it; 5 % of
 //! a trough four to six times shallower than the impulses (raw extreme: 20 to 38 %). `tests/signal/feature_peaks.rs` measures it.
 //!
 //! For white noise, or noise white up to a stated bandwidth. A record limited to its band with its noise rms measured
@@ -57,11 +57,9 @@ pub struct PeakSettings {
 pub struct Peaks {
     /// Largest value of the signal.
     pub positive: f64,
-    /// Its instant, s.
     pub positive_time_s: f64,
     /// Smallest (most negative) value of the signal.
     pub negative: f64,
-    /// Its instant, s.
     pub negative_time_s: f64,
     /// Largest sample as it stands, noise and all.
     pub raw_positive: f64,
@@ -130,9 +128,9 @@ fn extreme(values: &[f64], range: Range<usize>, width: f64, noise_rms: f64, nois
     Extreme { value, position, raw }
 }
 
-/// Steps 1 to 3 on means of `count` samples, for a kernel of many: its cost then grows with the record alone. What averaging takes off a top is
-/// 1/(24 · 200²) of what the kernel takes off. White noise in the share `noise_band` of the band keeps 1/(count · noise_band) of its variance,
-/// at most all of it.
+/// Steps 1 to 3 on means of `count` samples, for a long kernel: the cost then grows only with the record. Averaging
+/// lowers a peak by 1/(24 · 200²) of what the kernel does. White noise in the share `noise_band` of the band keeps
+/// 1/(count · noise_band) of its variance, at most all of it.
 fn in_bins(
     values: &[f64],
     range: &Range<usize>,
@@ -332,7 +330,7 @@ fn without_noise(
     (best.0 - luck_of_the_highest(&mut near, error), best.1)
 }
 
-/// E max(u_k + σ z_k) − max u_k for the heights shrunk to u_k: what the highest of several owes to its noise.
+/// E max(u_k + σ z_k) − max u_k for the heights shrunk to u_k: the bias of the largest of several noisy heights.
 fn luck_of_the_highest(heights: &mut [f64], error: f64) -> f64 {
     let count = heights.len() as f64;
     if heights.len() < 2 || error <= 0.0 {

@@ -1,4 +1,4 @@
-//! Numbers worth comparing of a pressure record: peaks, levels of the harmonics, how far up the content reaches.
+//! Features of a pressure record: peaks, levels of the harmonics, upper frequency of the content.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,23 +8,22 @@ use super::{
 };
 use crate::Series;
 
-/// How a pressure record is to be measured.
+/// Settings for a pressure record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureSettings {
-    /// f0, Hz.
     pub drive_frequency: f64,
     /// Span of the spectra; the peaks are those of the whole record.
     pub window: Window,
-    /// Highest harmonic looked at, Hz.
+    /// Highest harmonic evaluated, Hz.
     pub highest: f64,
-    /// Level down to which content counts, dB re the fundamental.
+    /// Lowest level that counts as content, dB re the fundamental.
     pub content_level_db: f64,
-    /// Frequency around which the level is asked for, Hz.
+    /// Frequency around which the level is measured, Hz.
     pub probe: f64,
 }
 
 impl PressureSettings {
-    /// Harmonics up to 1 MHz, content down to −21 dB, the level around 0.95 MHz: what the source paper states of its pressure.
+    /// Harmonics up to 1 MHz, content down to −21 dB, level around 0.95 MHz: as stated in the source paper.
     pub fn new(drive_frequency: f64, window: Window) -> Self {
         Self { drive_frequency, window, highest: 1e6, content_level_db: -21.0, probe: 0.95e6 }
     }
@@ -44,13 +43,12 @@ pub struct Harmonic {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PressureFeatures {
-    /// f0, Hz.
     pub drive_frequency_hz: f64,
     /// Span of the spectra, s.
     pub window: Window,
     /// Extremes of the whole record, Pa.
     pub peaks: Peaks,
-    /// Harmonics n ≥ 1 up to the highest asked for, at most 0.8 of the Nyquist frequency.
+    /// Harmonics n ≥ 1 up to the highest requested, at most 0.8 of the Nyquist frequency.
     pub harmonics: Vec<Harmonic>,
     /// Rms of the harmonics n ≥ 2 up to there over the total rms, 1 ([`total_harmonic_distortion`]).
     pub thd: f64,
@@ -58,19 +56,19 @@ pub struct PressureFeatures {
     pub bandwidth_hz: Option<f64>,
     /// −6 dB width of the strongest band, Hz (`band_width`).
     pub band_width_hz: Option<f64>,
-    /// Level of the next number, dB re the fundamental.
+    /// Level of `content_hz`, dB re the fundamental.
     pub content_level_db: f64,
     /// Highest frequency at that level re the fundamental, Hz ([`bandwidth`]).
     pub content_hz: Option<f64>,
-    /// Frequency of the next number, Hz.
+    /// Frequency of `probe_level_db`, Hz.
     pub probe_hz: f64,
-    /// Largest level within f0/2 of that frequency, dB re the fundamental; what an eye reads off a spectrum, be there a line or a hump. None
+    /// Largest level within f0/2 of `probe_hz`, dB re the fundamental, whether of a line or of a broad maximum. `None`
     /// above 0.8 of the Nyquist frequency.
     pub probe_level_db: Option<f64>,
 }
 
 impl PressureFeatures {
-    /// The larger of the two peaks in size, Pa.
+    /// The larger magnitude of the two peaks, Pa.
     pub fn largest(&self) -> f64 {
         self.peaks.positive.max(-self.peaks.negative)
     }
@@ -123,9 +121,9 @@ fn level(amplitude: f64, reference: f64) -> f64 {
     20.0 * (amplitude / reference).max(1e-20).log10()
 }
 
-/// Width of the band in which an amplitude spectrum stays within `level_db` (such as −6) of its largest value: from the lowest to the highest
-/// frequency at that level, Hz. For a single impulse the usual bandwidth of a transducer; a train of impulses has lines at f0 and between them
-/// gaps, which count as part of the band.
+/// Width of the band in which an amplitude spectrum stays within `level_db` (such as −6) of its maximum, Hz: from the
+/// lowest to the highest frequency at that level. For a single impulse this is the usual bandwidth of a transducer.
+/// The gaps between the lines of an impulse train count as part of the band.
 ///
 /// Both crossings are interpolated between the spectrum's points; a band that reaches 0 Hz or the end of the spectrum ends there. `None` for a
 /// spectrum without a positive value.

@@ -35,7 +35,6 @@ impl Ratio {
         self.den
     }
 
-    /// num/den, 1.
     pub fn value(self) -> f64 {
         f64::from(self.num) / f64::from(self.den)
     }

@@ -1,4 +1,4 @@
-//! How often the impulses of a train come.
+//! Repetition of the impulses of a train.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! How alike two traces are, whatever their trigger and whichever copy of a period-m state was caught.
+//! Similarity of two traces, independent of the trigger and of the phase of a period-m state.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub struct Similarity {
     pub state_period: u32,
     /// ρ with the lag confined to half a drive period: no copies allowed.
     pub unshifted_correlation: f64,
-    /// √⟨(reference − candidate(t + lag))²⟩ there, offsets included, unit of the series.
+    /// √⟨(reference − candidate(t + lag))²⟩ at that lag, offsets included, unit of the series.
     pub rms_difference: f64,
     /// The same over the reference's rms about its mean, 1.
     pub relative_rms_difference: f64,

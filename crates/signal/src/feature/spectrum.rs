@@ -12,14 +12,15 @@ use crate::Series;
 /// low (Hann's scalloping at an eighth of a bin).
 const PADDING: usize = 4;
 
-/// Longest window of which four points a bin are worth their memory, samples. In a longer one they would take seven times the size of the
-/// record's file, and a line is read from the samples at its own frequency in any case.
+/// Longest window padded to four points a bin, samples. Padding a longer one would take seven times the size of the
+/// record's file; lines are evaluated at their own frequency in any case.
 const LONGEST_PADDED: usize = 1 << 20;
 
 /// A(f) of [`line_amplitude`](super::line_amplitude) at f = k·`step_hz`, k = 0, 1, …
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeSpectrum {
-    /// Distance of the points, Hz: a quarter of the window's resolution or less, in windows of more than 2²⁰ samples no more than the resolution.
+    /// Distance of the points, Hz: at most a quarter of the window's resolution; at most the resolution in windows of
+    /// more than 2²⁰ samples.
     pub step_hz: f64,
     /// The window's own resolution 1/T, Hz.
     pub resolution_hz: f64,
@@ -73,7 +74,7 @@ pub fn amplitude_spectrum(series: &Series, window: Window) -> Result<AmplitudeSp
     })
 }
 
-/// Length of the transform of a window of so many samples: even, and of small factors.
+/// Length of the transform for a window of `samples`: even, with small prime factors.
 fn points(samples: usize) -> usize {
     if samples <= LONGEST_PADDED {
         return (PADDING * samples).next_power_of_two();
@@ -82,7 +83,7 @@ fn points(samples: usize) -> usize {
     least(1).min(least(3)).min(least(5))
 }
 
-/// The first of the points (frequency, amplitude) whose amplitude is largest, (0, 0) where none is above 0.
+/// The point (frequency, amplitude) of largest amplitude, the first of equals; (0, 0) if none is positive.
 pub(super) fn largest(points: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     points.fold((0.0, 0.0), |best, point| if point.1 > best.1 { point } else { best })
 }
@@ -93,17 +94,17 @@ impl AmplitudeSpectrum {
         index as f64 * self.step_hz
     }
 
-    /// The point of the largest amplitude in a band: frequency (Hz) and amplitude, (0, 0) where there is none above 0.
+    /// Point of largest amplitude in a band: frequency (Hz) and amplitude; (0, 0) if none is positive.
     pub(super) fn largest(&self, band: RangeInclusive<f64>) -> (f64, f64) {
         let points = self.amplitudes.iter().enumerate().map(|(index, &amplitude)| (self.frequency(index), amplitude));
         largest(points.filter(|(frequency, _)| band.contains(frequency)))
     }
 
-    /// Amplitude of what is no line: the median of the points from f0/8 to 8 f0 (at most 0.8 of the Nyquist
-    /// frequency), unit of the series.
+    /// Noise floor: the median of the points from f0/8 to 8 f0 (at most 0.8 of the Nyquist frequency), unit of the
+    /// series.
     ///
     /// Lines fill the lesser part of the spectrum when the window holds 16 drive periods or more; with fewer the
-    /// floor cannot be told from the lines and `None` is returned. White noise of rms σ over n samples has the floor
+    /// floor cannot be distinguished from the lines and `None` is returned. White noise of rms σ over n samples has the floor
     /// 2σ √(3/(2n)) √(ln 2). In a chaotic response the floor is its broadband part.
     pub fn noise_floor(&self, drive_frequency: f64) -> Option<f64> {
         if drive_frequency < 16.0 * self.resolution_hz {
@@ -121,8 +122,8 @@ impl AmplitudeSpectrum {
         Some(*band.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
-    /// Amplitude of what is no line around `frequency` (Hz): the median that noise would have there, from the lower
-    /// quartile of the points within half a drive frequency (f0/8 to 0.8 of the Nyquist frequency), × √(ln 2/ln 4⁄3).
+    /// Noise floor around `frequency` (Hz): the median of the noise, estimated from the lower quartile of the points
+    /// within half a drive frequency (f0/8 to 0.8 of the Nyquist frequency), × √(ln 2/ln 4⁄3).
     ///
     /// The quartile leaves room for lines in three quarters of the band; a steeply falling broadband part is followed.
     /// `None` as for [`noise_floor`](Self::noise_floor).

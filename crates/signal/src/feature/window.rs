@@ -10,10 +10,8 @@ use crate::Series;
 /// A span of time, s; the same for every trace that is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Start, s.
     #[serde(rename = "from_s")]
     pub from: f64,
-    /// End, s.
     #[serde(rename = "to_s")]
     pub to: f64,
 }
@@ -28,7 +26,8 @@ impl Window {
         Self { from: series.start, to: series.end() }
     }
 
-    /// Where the drive's envelope exceeds half its peak, ends interpolated: the connected span that holds the peak.
+    /// Span in which the drive's envelope exceeds half its peak: the connected span that holds the peak, ends
+    /// interpolated.
     ///
     /// - `drive`: the drive's displacement (any unit; its scale, sign and offset drop out)
     /// - `drive_frequency`: f0, Hz
@@ -67,8 +66,8 @@ impl Window {
         Ok(Self { from, to })
     }
 
-    /// Where a trace itself is on, for want of a drive: from the first to the last instant at which its rms over six
-    /// drive periods exceeds 1/√2 of the largest.
+    /// Span in which a trace is strong, for records without a drive: from the first to the last instant at which its
+    /// rms over six drive periods exceeds 1/√2 of the largest.
     ///
     /// Six periods average over the beat of period-2, -3 and -6 states; a trace that starts or stops at once begins and
     /// ends there. The span is within a period or so of the truth: a drive record is to be preferred.
@@ -95,13 +94,12 @@ impl Window {
         }
     }
 
-    /// This window with its ends replaced where given: `--from`, `--to`.
+    /// This window, with `from` and `to` replaced if given.
     #[must_use]
     pub fn overridden(self, from: Option<f64>, to: Option<f64>) -> Self {
         Self { from: from.unwrap_or(self.from), to: to.unwrap_or(self.to) }
     }
 
-    /// Length, s.
     pub fn duration(self) -> f64 {
         self.to - self.from
     }

@@ -30,7 +30,7 @@ impl Stored {
         pareto(&self.measured, self.least_quotable())
     }
 
-    /// Whether an error is too small to be told from 0 with the reference that there is.
+    /// Whether an error is too small to be distinguished from 0 with the reference that there is.
     #[must_use]
     pub fn is_below_limit(&self, measured: &Measured) -> bool {
         measured.error < self.least_quotable()

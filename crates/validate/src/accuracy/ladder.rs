@@ -78,7 +78,6 @@ impl FidelityLevel {
 pub enum Varied {
     /// Relative tolerance of a step, 1.
     Tolerance,
-    /// Step, s.
     Step,
     /// Mesh density n; the element size goes as 1/n.
     Density,

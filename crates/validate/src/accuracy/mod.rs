@@ -1,7 +1,7 @@
 //! What accuracy costs: the ladder of a scene — model, mesh, modes, step or tolerance, integrator — with the error of every setting and the
 //! time it takes.
 //!
-//! Two errors are told apart, both e = √(Σ (v − v̂)²/Σ v̂²) over the window in which a waveform can be compared at all:
+//! Two errors are distinguished, both e = √(Σ (v − v̂)²/Σ v̂²) over the window in which a waveform can be compared at all:
 //!
 //! - **total**: v̂ is the scene's best reference, of the finest bodies and steps. A model that leaves physics out ends at a floor.
 //! - **own**: v̂ is the limit of the same model when the one number that a line varies goes to its end. This one has an order.
@@ -45,7 +45,7 @@ pub struct AccuracyPlan {
     /// Built-in scene or scene file.
     pub scene: String,
     pub sets: Vec<String>,
-    /// Compute the references anew and measure every setting, instead of those that take little time against the stored references.
+    /// Compute the references again and measure every setting, instead of those that take little time against the stored references.
     pub full: bool,
     /// Perturbed copies for the chaos floor.
     pub members: usize,

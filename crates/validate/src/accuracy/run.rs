@@ -74,7 +74,7 @@ impl Source<'_> {
     }
 }
 
-/// One run of a scene, its bodies made anew.
+/// One run of a scene, its bodies made again.
 pub(super) fn once(scene: &Scene, watch: &dyn Watch) -> Result<(Response, f64, f64), ModelError> {
     Estimate::of(scene).check(&scene.model.limits)?;
     let clock = Clock::start();
@@ -152,7 +152,7 @@ pub fn is_processor_time() -> bool {
     std::path::Path::new("/proc/thread-self/schedstat").is_file()
 }
 
-/// Begin to count the largest resident memory anew; whether the system can.
+/// Begin to count the largest resident memory again; whether the system can.
 fn reset_peak_memory() -> bool {
     std::fs::write("/proc/self/clear_refs", "5").is_ok()
 }

@@ -146,7 +146,7 @@ impl Stored {
         if stored.scene_sha256 != now {
             let command = format!("granchain accuracy --scene {scene} --full --out DIR");
             return Err(format!(
-                "stored references of `{scene}` are of another form of the scene; make them anew with `{command}`"
+                "stored references of `{scene}` are of another form of the scene; make them again with `{command}`"
             ));
         }
         Ok(stored)

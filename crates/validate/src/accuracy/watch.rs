@@ -113,11 +113,11 @@ impl Watched {
                 Ok(keys.map(|(key, unit)| feature(key, unit, observed.get(key))).to_vec())
             }
             Self::Pressure => {
-                let heard = Heard::measure(response, &settings)?;
+                let metrics = Heard::measure(response, &settings)?;
                 Ok(vec![
-                    feature("positive_peak", "Pa", heard.map(|heard| heard.positive_peak_pa)),
-                    feature("negative_peak", "Pa", heard.map(|heard| heard.negative_peak_pa)),
-                    feature("level_at_950_kHz", "dB", heard.and_then(|heard| heard.level_at_950_khz_db)),
+                    feature("positive_peak", "Pa", metrics.map(|metrics| metrics.positive_peak_pa)),
+                    feature("negative_peak", "Pa", metrics.map(|metrics| metrics.negative_peak_pa)),
+                    feature("level_at_950_kHz", "dB", metrics.and_then(|metrics| metrics.level_at_950_khz_db)),
                 ])
             }
         }

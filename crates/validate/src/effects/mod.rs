@@ -127,7 +127,7 @@ impl Change {
             let settings = FeatureSettings::velocity(scene.drive.frequency, window);
             measure(velocity, &settings).ok()?.line(Ratio::new(1, 3)).map(|line| line.relative)
         };
-        let heard = |response: &Response| {
+        let peak_pressure = |response: &Response| {
             let pressure = response.disc.as_ref()?.pressure.first()?;
             Some(largest(&cut(pressure))).filter(|peak| *peak > 0.0)
         };
@@ -135,7 +135,7 @@ impl Change {
             waveform: rms(&difference) / rms(&a).max(f64::MIN_POSITIVE),
             peak: largest(&b) / largest(&a).max(f64::MIN_POSITIVE) - 1.0,
             ratio_third: ratio(with).zip(ratio(without)).map(|(with, without)| without - with),
-            pressure: heard(with).zip(heard(without)).map(|(with, without)| without / with - 1.0),
+            pressure: peak_pressure(with).zip(peak_pressure(without)).map(|(with, without)| without / with - 1.0),
         }
     }
 }

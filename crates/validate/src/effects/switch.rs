@@ -187,7 +187,7 @@ fn takes_effects(scene: &mut Scene) -> bool {
     true
 }
 
-/// A holder that does nothing is none.
+/// A bead guide that does nothing is none.
 fn emptied(scene: &mut Scene) {
     scene.holder = scene.holder.filter(|holder| holder.acts() || holder.clearance > 0.0);
 }
@@ -371,7 +371,7 @@ const CHANGES: &[Change] = &[
         ground: takes_effects,
     },
     Change {
-        name: "drag in the holder",
+        name: "drag in the bead guide",
         belongs: Belongs::Bench,
         out: "holder.drag = 0",
         remove: |scene| {
@@ -387,7 +387,7 @@ const CHANGES: &[Change] = &[
         ground: takes_effects,
     },
     Change {
-        name: "friction in the holder",
+        name: "friction in the bead guide",
         belongs: Belongs::Bench,
         out: "holder.friction_force = 0",
         remove: |scene| {

@@ -1,6 +1,6 @@
 //! The conditions: what a laboratory does to a record, and what it may say wrongly of its bench.
 //!
-//! Everything that is random but the noise itself is drawn here, from a stream of its own for every condition and number, so that a twin is the
+//! Everything that is random but the noise itself is drawn here, from a stream of its own for every condition and number, so that a synthetic record is the
 //! same whichever others are made beside it.
 
 use rand::{Rng, SeedableRng};
@@ -35,13 +35,13 @@ pub enum Condition {
     HornVelocity,
     /// The two channels' clocks differ by up to 50 ppm.
     Clock,
-    /// The vibrometer is up to 1 % off, and the fit is told so.
+    /// The vibrometer is up to 1 % off, and the fit knows that tolerance.
     Sensitivity,
     /// 50 Hz and a slow drift on both.
     Hum,
     /// AC coupling at 100 Hz to 1 kHz on both.
     Coupling,
-    /// A decoder of 0.4 to 1.5 MHz with its delay, both stated in the header.
+    /// A vibrometer of 0.4 to 1.5 MHz with its delay, both stated in the header.
     Decoder,
     /// 10, 12 or 14 bits, range 1.1 to 2.5 times the peak.
     Bits,
@@ -69,15 +69,15 @@ pub enum Condition {
     /// Weakly driven, dampers between the beads only, 3 % of noise: the regime of the source paper.
     #[serde(rename = "period-3")]
     Period3,
-    /// The annulus is 30 % softer than told.
+    /// The annulus is 30 % softer than stated.
     SofterSupport,
-    /// The other damping law than told.
+    /// The other damping law than stated.
     OtherLaw,
-    /// A bead fewer than told.
+    /// A bead fewer than stated.
     BeadFewer,
-    /// A bead more than told.
+    /// A bead more than stated.
     BeadMore,
-    /// Beads 10 % larger than told.
+    /// Beads 10 % larger than stated.
     Radius,
     /// A first gap of 20 nm.
     FirstGap,
@@ -100,7 +100,7 @@ pub enum Condition {
     UnitDown,
     /// The two files swapped, the horn's a velocity too.
     Swapped,
-    /// 40 kHz told of a record at 73 kHz.
+    /// 40 kHz stated for a record at 73 kHz.
     Frequency,
     /// The velocity clipped at 60 % of its peak.
     #[serde(rename = "clipped-60")]
@@ -112,7 +112,6 @@ pub enum Condition {
     StrongHum,
     /// A drift by 60 % of the peak.
     Drift,
-    /// 10 % of noise.
     Noisy,
     PureNoise,
     /// The horn's record ends 15 cycles into the burst.
@@ -155,10 +154,10 @@ const TABLE: [(Condition, &str, &str); 53] = [
     (LateTrigger, "late-trigger", "t = 0 is 6.3 cycles into the burst, nothing lost"),
     (HornVelocity, "horn-velocity", "horn recorded as velocity, 0.3 % noise"),
     (Clock, "clock", "clocks of the channels up to 50 ppm apart"),
-    (Sensitivity, "sensitivity", "vibrometer up to 1 % off, told by --uncertainty sensitivity=0.01"),
+    (Sensitivity, "sensitivity", "vibrometer up to 1 % off, stated by --uncertainty sensitivity=0.01"),
     (Hum, "hum", "50 Hz and slow drift on both"),
     (Coupling, "coupling", "AC coupling 100 Hz–1 kHz on both"),
-    (Decoder, "decoder", "decoder of 0.4–1.5 MHz with its delay, both stated"),
+    (Decoder, "decoder", "vibrometer filter of 0.4–1.5 MHz with its delay, both stated"),
     (Bits, "bits", "10, 12 or 14 bits, range 1.1–2.5 × peak"),
     (Clipped95, "clipped-95", "velocity clipped at 95 % of its peak"),
     (LowDrive, "low-drive", "α 0.15–0.3"),
@@ -171,23 +170,23 @@ const TABLE: [(Condition, &str, &str); 53] = [
     (OffNominal, "off-nominal", "stiffness and mass ±0.5 %, clocks 100 ppm apart"),
     (Modulated, "modulated", "5 % amplitude modulation, 0.2 % frequency drift"),
     (Period3, "period-3", "α 0.12–0.3, dampers between beads only, 3 % noise"),
-    (SofterSupport, "softer-support", "annulus 30 % softer than told"),
-    (OtherLaw, "other-law", "other damping law than told"),
-    (BeadFewer, "bead-fewer", "a bead fewer than told"),
-    (BeadMore, "bead-more", "a bead more than told"),
-    (Radius, "radius", "beads 10 % larger than told"),
+    (SofterSupport, "softer-support", "annulus 30 % softer than stated"),
+    (OtherLaw, "other-law", "other damping law than stated"),
+    (BeadFewer, "bead-fewer", "a bead fewer than stated"),
+    (BeadMore, "bead-more", "a bead more than stated"),
+    (Radius, "radius", "beads 10 % larger than stated"),
     (FirstGap, "first-gap", "first gap 20 nm"),
     (Sign, "sign", "sign of the velocity turned"),
     (HornSign, "horn-sign", "sign of the horn's record turned"),
     (Modulus, "modulus", "Young's modulus of the beads 25 % off"),
-    (Aluminium, "aluminium", "beads of aluminium told as steel"),
-    (EndFaces, "end-faces", "half-spaces at both ends told as rigid"),
+    (Aluminium, "aluminium", "beads of aluminium stated as steel"),
+    (EndFaces, "end-faces", "half-spaces at both ends stated as rigid"),
     (ScaleUp, "scale-up", "velocity ten times too large"),
     (ScaleDown, "scale-down", "velocity ten times too small"),
     (UnitUp, "unit-up", "velocity a thousand times too large"),
     (UnitDown, "unit-down", "velocity a thousand times too small"),
     (Swapped, "swapped", "files of horn and bead swapped, both velocities"),
-    (Frequency, "frequency", "40 kHz told of 73 kHz"),
+    (Frequency, "frequency", "40 kHz stated as 73 kHz"),
     (Clipped60, "clipped-60", "velocity clipped at 60 % of its peak"),
     (Clipped85, "clipped-85", "velocity clipped at 85 % of its peak"),
     (StrongHum, "strong-hum", "hum of 30 % of the peak"),
@@ -270,11 +269,11 @@ impl Condition {
     }
 }
 
-/// What one twin is made with, and what its fit is told.
+/// Truth and instrument of one synthetic record, and the information given to its fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     pub condition: Condition,
-    /// Number of the twin in it.
+    /// Number of the synthetic record in it.
     pub number: u64,
     /// `rigid`, `annulus` or `spring`.
     pub support: String,
@@ -282,16 +281,15 @@ pub struct Setting {
     pub damping_kind: String,
     /// α and the damping coefficient (SI) of the truth.
     pub values: [f64; 2],
-    /// Initial gaps, m.
     pub gaps: Vec<f64>,
     pub drive: String,
-    /// Overrides of the scene `annulus` that the fit is told.
+    /// Overrides of the scene `annulus` given to the fit.
     pub told: Vec<String>,
     /// Further ones of the truth.
     pub truth: Vec<String>,
-    /// What is told to be drawn into every run: `--uncertainty`.
+    /// Uncertainties given to the fit: `--uncertainty`.
     pub uncertainty: Vec<(String, f64)>,
-    /// Drive frequency as told, Hz.
+    /// Drive frequency given to the fit, Hz.
     pub told_frequency_hz: f64,
     pub laboratory: Laboratory,
 }
@@ -303,13 +301,13 @@ const SPRING: f64 = 1e7;
 const SUPPORTS: [&str; 4] = ["rigid", "annulus", "spring", "annulus"];
 
 impl Setting {
-    /// Twin `number` of a condition, and the stream that its noise goes on from.
+    /// Synthetic record `number` of a condition, and the stream that its noise goes on from.
     #[must_use]
     pub fn draw(condition: Condition, number: u64, seed: u64) -> (Self, ChaCha8Rng) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream((condition.stream() << 32) | (number & 0xffff_ffff));
         let r = &mut random;
-        // Conditions begin elsewhere in the turn of laws and supports, so that few twins of each have all of them.
+        // Conditions begin elsewhere in the turn of laws and supports, so that few synthetic records of each have all of them.
         let turn = number + condition.stream() % 8;
         let linear = turn.is_multiple_of(2);
         let mut support = SUPPORTS[((turn / 2) % 4) as usize];
@@ -568,7 +566,7 @@ mod tests {
     }
 
     #[test]
-    fn a_twin_is_drawn_alike_whatever_is_drawn_beside_it() {
+    fn a_synthetic_record_does_not_depend_on_what_is_drawn_beside_it() {
         let once = Setting::draw(Pretrigger, 3, 7).0;
         assert_eq!(once, Setting::draw(Pretrigger, 3, 7).0);
         assert_ne!(once.values, Setting::draw(Pretrigger, 5, 7).0.values);
@@ -577,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_twins_of_a_condition_have_both_laws_on_every_support() {
+    fn eight_records_of_a_condition_have_both_laws_on_every_support() {
         for condition in
             Condition::all().into_iter().filter(|condition| ![SofterSupport, Aluminium, EndFaces].contains(condition))
         {

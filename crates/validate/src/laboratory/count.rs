@@ -1,4 +1,4 @@
-//! What all twins together say: coverage, false alarms and widths by condition, law, support and regime; wrong records found and named.
+//! Summary over all synthetic records: coverage, false alarms and widths by condition, law, support and regime; wrong records found and named.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use granchain_calibration::{
 
 const LEVEL: f64 = 0.9;
 
-/// One parameter of a group of twins.
+/// One parameter of a group of synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterCount {
     pub name: String,
@@ -34,20 +34,17 @@ pub struct ParameterCount {
     pub median_bias: f64,
 }
 
-/// A group of right twins.
+/// A group of right synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// What they have in common.
     pub group: String,
     pub twins: usize,
     pub parameters: Vec<ParameterCount>,
-    /// Ended `within scatter`.
     pub within: usize,
-    /// Ended `doubtful`.
     pub doubtful: usize,
     /// Ended `outside scatter`: false alarms.
     pub outside: usize,
-    /// Ended `not converged`.
     pub not_converged: usize,
     /// Refused by the reader or the fit.
     pub refused: usize,
@@ -59,7 +56,7 @@ pub struct Tally {
     pub p_errors: [f64; 2],
 }
 
-/// The twins of a wrong condition.
+/// The synthetic records of a wrong condition.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WrongTally {
     pub group: String,
@@ -74,7 +71,7 @@ pub struct WrongTally {
     pub refused: usize,
 }
 
-/// What all twins together say.
+/// Summary over all synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryCount {
     pub conditions: Vec<Tally>,
@@ -83,7 +80,7 @@ pub struct LaboratoryCount {
     /// By how the truth moves.
     pub regimes: Vec<Tally>,
     pub all: Option<Tally>,
-    /// Wrong twins by condition, then all.
+    /// Wrong synthetic records by condition, then all.
     pub wrong: Vec<WrongTally>,
 }
 

@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 /// What stands between bench and file. Times in s; amplitudes over the peak of what is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Laboratory {
-    /// Samples a second, Hz.
     pub sample_rate_hz: f64,
     /// Recorded before the burst, cycles.
     pub before: f64,
@@ -13,7 +12,6 @@ pub struct Laboratory {
     pub end: f64,
     /// σ of the vibrometer's noise.
     pub noise: f64,
-    /// σ of the horn's.
     pub horn_noise: f64,
     /// Where the burst begins in the horn's file, s.
     pub start_s: f64,
@@ -35,7 +33,7 @@ pub struct Laboratory {
     pub horn_drift: f64,
     /// Cutoff of the AC coupling of both, Hz.
     pub coupling_hz: Option<f64>,
-    /// −6 dB bandwidth (Hz) of the decoder of both, and its delay (s) beside that of its filter; stated.
+    /// −6 dB bandwidth (Hz) of the vibrometer of both, and its delay (s) beside that of its filter; stated.
     pub decoder: Option<[f64; 2]>,
     /// How much faster the vibrometer's clock runs, 1e-6.
     pub clock_ppm: f64,

@@ -63,7 +63,7 @@ pub struct LaboratoryPlan {
     pub seed: u64,
     /// Runs of the chain's search, a fit.
     pub evaluations: usize,
-    /// Model that answers, and makes the twins: `chain` or `reduced`.
+    /// Model that answers, and makes the synthetic records: `chain` or `reduced`.
     pub model: String,
     /// What of a record is compared.
     #[serde(default)]
@@ -73,7 +73,7 @@ pub struct LaboratoryPlan {
     pub mesh_density: Option<u32>,
 }
 
-/// What became of one twin.
+/// Result of one synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryTwin {
     /// What it was made with.
@@ -85,7 +85,7 @@ pub struct LaboratoryTwin {
     pub fit: Result<LaboratoryFit, String>,
 }
 
-/// What a user would have been told.
+/// Messages that a user would have seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryFit {
     pub verdict: Verdict,
@@ -108,7 +108,7 @@ impl LaboratoryPlan {
     }
 }
 
-/// Make and fit the twins `part`.
+/// Make and fit the synthetic records `part`.
 ///
 /// `finished` is given each with its files; once `stop` says so the fits in hand end, and the result is `None`.
 ///
@@ -142,7 +142,7 @@ pub fn laboratory(
     Ok(twins)
 }
 
-/// Bodies of the benches that several twins share, made ready once; none on the chain.
+/// Bodies of the benches that several synthetic records share, made ready once; none on the chain.
 struct Workshop(BTreeMap<String, (Bodies, Prepared)>);
 
 impl Workshop {
@@ -156,7 +156,7 @@ impl Workshop {
             let setting = Setting::draw(*condition, *number, plan.seed).0;
             let key = plan.bodies_key(&setting);
             if !once.insert(key.clone()) && shared.insert(key.clone()) {
-                // Scenes that cannot be read are refused twin by twin.
+                // Scenes that cannot be read are refused one record at a time.
                 let (Ok(told), Ok(truth)) = (plan.stated_scene(&setting), plan.truth(&setting)) else { continue };
                 made.insert(key, (Bodies::new(&told, None)?, model::prepare(&truth)?));
             }
@@ -172,7 +172,7 @@ impl LaboratoryPlan {
         setting.told.iter().chain(&setting.truth).filter(of_bodies).cloned().collect::<Vec<_>>().join(" ")
     }
 
-    /// The overrides that a fit is told.
+    /// The overrides given to a fit.
     fn overrides(&self, setting: &Setting) -> Vec<String> {
         let mut overrides = setting.told.clone();
         overrides.push(format!("model.kind={}", self.model));
@@ -184,7 +184,7 @@ impl LaboratoryPlan {
         scene::load(SCENE, &self.overrides(setting))
     }
 
-    /// What its fit is told: the plan beside the two files.
+    /// The plan given to its fit, beside the two files.
     #[must_use]
     pub fn definition(&self, setting: &Setting) -> Plan {
         let [horn, vibrometer] = NAMES.map(std::path::PathBuf::from);

@@ -1,7 +1,7 @@
 //! From a truth to two files: the bench is simulated under its analytic drive, and what it does passes through the laboratory.
 //!
 //! ```text
-//! drive, bench ─ mean of shots ─ drop-outs ─ decoder ─ crosstalk ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
+//! drive, bench ─ mean of shots ─ drop-outs ─ vibrometer ─ crosstalk ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
 //! ```
 
 use std::fmt::Write;
@@ -90,9 +90,7 @@ impl Regime {
 /// Two files as a laboratory stores them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Files {
-    /// `horn_tip.csv`.
     pub horn: Vec<u8>,
-    /// `vib.csv`.
     pub vibrometer: Vec<u8>,
     pub regime: Regime,
 }
@@ -403,7 +401,7 @@ fn pink(count: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
     values
 }
 
-/// A causal low-pass, −6 dB at `bandwidth` of a Bessel filter, −3 dB of a Butterworth one; its delay at zero frequency is removed, as decoders do.
+/// A causal low-pass, −6 dB at `bandwidth` of a Bessel filter, −3 dB of a Butterworth one; its delay at zero frequency is removed, as vibrometers do.
 fn causal(series: &Series, shape: CausalFilter, bandwidth: f64) -> Series {
     let CausalFilter::Butterworth(order) = shape else {
         let mut passed = decoded(series, bandwidth, 0.0);
@@ -479,12 +477,12 @@ fn bessel_half() -> f64 {
     0.5 * (low + high)
 }
 
-/// Delay at low frequency of the decoder's filter, s.
+/// Delay at low frequency of the vibrometer's filter, s.
 fn bessel_delay(bandwidth: f64) -> f64 {
     bessel_half() / (std::f64::consts::TAU * bandwidth)
 }
 
-/// What a decoder shows: a causal Bessel filter of fourth order, −6 dB at `bandwidth` (Hz), `delay` (s) later.
+/// What a vibrometer shows: a causal Bessel filter of fourth order, −6 dB at `bandwidth` (Hz), `delay` (s) later.
 fn decoded(series: &Series, bandwidth: f64, delay: f64) -> Series {
     let scale = 1.0 / bessel_delay(bandwidth);
     let mut values = series.values.clone();
@@ -508,7 +506,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_decoder_halves_its_bandwidth_and_delays_as_it_says() {
+    fn a_vibrometer_filter_halves_at_its_bandwidth_and_delays_as_stated() {
         let step = 1.0 / (73e3 * FINE as f64);
         for (frequency, expected) in [(20e3, 1.0), (0.8e6, 0.5)] {
             let omega = std::f64::consts::TAU * frequency;
@@ -558,7 +556,7 @@ mod tests {
     }
 
     #[test]
-    fn periods_are_told_by_what_returns() {
+    fn periods_are_found_by_what_returns() {
         let motion = |subharmonic: f64, share: f64| -> Vec<f64> {
             let phase = |index: usize| std::f64::consts::TAU * index as f64 / FINE as f64;
             (0..40 * FINE).map(|i| phase(i).sin() + share * (subharmonic * phase(i)).sin()).collect()

@@ -20,7 +20,7 @@ pub struct LaboratoryReport {
     pub description: String,
     /// Name and words of every condition.
     pub conditions: Vec<(String, String)>,
-    /// What all twins together say.
+    /// Summary over all synthetic records.
     pub count: LaboratoryCount,
     pub twins: Vec<LaboratoryTwin>,
     pub version: String,
@@ -32,7 +32,7 @@ impl LaboratoryReport {
     /// `report.html`, `report.md` and `laboratory.csv`.
     ///
     /// # Errors
-    /// [`ReportError`] when there are no twins.
+    /// [`ReportError`] when there are no synthetic records.
     pub fn files(&self) -> Result<Files, ReportError> {
         if self.twins.is_empty() {
             return Err(ReportError::Missing { field: "twins" });

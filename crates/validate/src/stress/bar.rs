@@ -7,9 +7,7 @@ use super::{
     steps::Push,
 };
 
-/// Length L, m.
 const LENGTH: f64 = 10e-3;
-/// Radius, m.
 const RADIUS: f64 = 0.5e-3;
 /// Speed of the wall, m/s.
 const SPEED: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! Two regimes, told apart by what perturbations do.
+//! Two regimes, distinguished by what perturbations do.
 
 use super::{FidelityLevel, Limit, room::Room};
 use granchain_calibration::predict::{

@@ -1,4 +1,4 @@
-//! A horn, a holder and contacts that yield, where each is hardest.
+//! A horn, a bead guide and contacts that yield, where each is hardest.
 
 use super::{
     FidelityLevel, Limit,
@@ -23,7 +23,7 @@ pub(super) fn friction(room: &mut Room<'_>) {
 
 /// Contacts that yield, chatter and yield again.
 pub(super) fn yielding(room: &mut Room<'_>) {
-    // Wax keeps 1 % of the work that it is given: its books close on the scale of what it keeps at a tenth of the default tolerance.
+    // Wax keeps 1 % of the work that it is given: its energy balance closes on the scale of what it keeps at a tenth of the default tolerance.
     for (which, strength, tolerance) in [
         ("hard", "3 GPa", "1e-10"),
         ("soft", "100 MPa", "1e-10"),
@@ -53,7 +53,7 @@ pub(super) fn horn(room: &mut Room<'_>) {
             let scale = energy.largest_j.max(energy.piston_work_j.abs());
             let most = if room.fidelity == FidelityLevel::Hertz { 1e-5 } else { 2e-2 };
             room.check(
-                format!("{which}: books of the horn over the largest energy"),
+                format!("{which}: energy balance of the horn over the largest energy"),
                 (open / scale).abs(),
                 Limit::AtMost(most),
                 "1",

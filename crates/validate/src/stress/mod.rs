@@ -232,8 +232,8 @@ pub const CASES: &[Case] = &[
     Case {
         number: 16,
         name: "friction with reversal at rest",
-        what: "Beads rub on their holder from hardly to more than the contacts push, straight and oblique: they stick, let go and turn, and every \
-               joule is found.",
+        what: "Beads rub on their guide, from weakly to more than the contacts push, straight and oblique: they stick, slip and reverse, and the \
+               energy balance closes.",
         rungs: &[FidelityLevel::Hertz, FidelityLevel::FiniteBody, FidelityLevel::Reduced],
         examine: effects::friction,
     },
@@ -246,8 +246,8 @@ pub const CASES: &[Case] = &[
     },
     Case {
         number: 18,
-        name: "a horn that gives way",
-        what: "A resonator of Q 1000 at the drive, a tip lighter than a bead, one with hardly a resonance: its books close with those of the chain.",
+        name: "a compliant horn",
+        what: "A resonator of Q 1000 at the drive, a tip lighter than a bead, one with hardly a resonance: horn and chain have a common energy balance.",
         rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: effects::horn,
     },

@@ -26,7 +26,6 @@ enum Flaw {
     Step(f64),
 }
 
-/// Samples a second, Hz.
 const PLAIN: f64 = 5e6;
 
 pub(super) fn examine(room: &mut Room<'_>) {

@@ -168,8 +168,8 @@ impl<'a> Room<'a> {
         let response = &ran.response;
         let all = || {
             let of_beads = response.bead_displacement.iter().chain(&response.bead_velocity);
-            let heard = response.disc.iter().flat_map(|disc| disc.pressure.iter().chain([&disc.velocity]));
-            of_beads.chain(&response.contact_force).chain(heard).flat_map(|series| &series.values)
+            let of_disc = response.disc.iter().flat_map(|disc| disc.pressure.iter().chain([&disc.velocity]));
+            of_beads.chain(&response.contact_force).chain(of_disc).flat_map(|series| &series.values)
         };
         let void = all().filter(|value| !value.is_finite()).count();
         self.check(format!("{which}: samples that are not finite"), void as f64, Limit::AtMost(0.0), "1");

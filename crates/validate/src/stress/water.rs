@@ -33,7 +33,7 @@ fn pressure(ran: &Ran) -> &[f64] {
     ran.response.disc.as_ref().and_then(|disc| disc.pressure.first()).map_or(&[], |pressure| &pressure.values)
 }
 
-/// A hemisphere of half the radius: its boundary is heard if it reflects.
+/// A hemisphere of half the radius: its boundary is visible in the pressure if it reflects.
 fn half(room: &mut Room<'_>) {
     let which = "half the water";
     let run = |radius: &str| {

@@ -1,7 +1,7 @@
-//! Twins recorded at several drive levels and fitted together, beside the fit of each level by itself.
+//! Synthetic records recorded at several drive levels and fitted together, beside the fit of each level by itself.
 //!
-//! Shot 0 of a twin is the same record as the twin of a single level, and its own fit is the same fit: what is gained by the further levels is
-//! read twin by twin.
+//! Record 0 of each set is the record of the single-level study, and has the same fit: what is gained by the further levels is
+//! read record by record.
 
 use std::ops::Range;
 
@@ -16,11 +16,11 @@ use granchain_calibration::{
 use granchain_model::{self as model, scene::Scene};
 use granchain_signal::feature::Measurand;
 
-/// What became of one twin at several levels.
+/// Result of one set of synthetic records at several levels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelOutcome {
     pub index: u64,
-    /// What each shot was made with, level by level; empty when one could not be made.
+    /// Truth of each record, level by level; empty if one could not be made.
     pub shots: Vec<Truth>,
     /// The fit of each level by itself, with as many runs as the joint one has points.
     pub single: Vec<Result<TwinFit, String>>,
@@ -30,9 +30,9 @@ pub struct LevelOutcome {
     pub shares: Vec<Vec<Estimate>>,
 }
 
-/// Make and fit the twins `part` of the `plan.count` of `base` at the drive `levels` (factors on its amplitude, the first of them 1) on the chain.
+/// Make and fit the synthetic records `part` of the `plan.count` of `base` at the drive `levels` (factors on its amplitude, the first of them 1) on the chain.
 ///
-/// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
+/// `finished` is called after each synthetic record; once `stop` says so no further synthetic record is begun, and the result is `None`.
 #[must_use]
 pub fn level_twins(
     base: &Scene,
@@ -106,7 +106,7 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
     }
 }
 
-/// Widths and coverage of one parameter by some records of the twins.
+/// Widths and coverage of one parameter from some of the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelWidths {
     pub name: String,
@@ -120,14 +120,14 @@ pub struct LevelWidths {
     pub median_error: f64,
 }
 
-/// What all twins together say.
+/// Summary over all synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LevelProof {
     /// Each parameter from each level by itself, then from all together.
     pub widths: Vec<LevelWidths>,
-    /// Median over twins of joint width over width of the first level, parameter by parameter.
+    /// Median over synthetic records of joint width over width of the first level, parameter by parameter.
     pub median_ratio: Vec<f64>,
-    /// Twins without a joint fit.
+    /// Synthetic records without a joint fit.
     pub without_fit: usize,
 }
 

@@ -1,4 +1,4 @@
-//! A twin's files through the calls that `calibrate` makes: written, read on a bench, fitted, judged.
+//! A synthetic record's files through the calls that `calibrate` makes: written, read on a bench, fitted, judged.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -13,7 +13,7 @@ use granchain_record::ReadOptions;
 use granchain_signal::feature::Measurand;
 
 impl TwinPlan {
-    /// What `calibrate` is told of a twin's record.
+    /// Input of `calibrate` for a synthetic record.
     pub(super) fn definition(&self, quantity: Measurand, seed: u64) -> Plan {
         let drawn = self.uncertainty.named().map(|(name, _, value)| (name.to_owned(), Number::Plain(value)));
         Plan {

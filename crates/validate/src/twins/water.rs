@@ -1,4 +1,4 @@
-//! Twins of a hydrophone's record: three mounts of the disc, each twin fitted on every one of them.
+//! Synthetic hydrophone records: three mounts of the disc, each record fitted with every one of them.
 
 use std::ops::Range;
 
@@ -18,13 +18,13 @@ use granchain_model::{
 };
 use granchain_signal::feature::Measurand;
 
-/// The mounts of twins 0, 1, 2 and so on.
+/// The mounts of synthetic records 0, 1, 2 and so on.
 const MOUNTS: [Rim; 3] = [Rim::Clamped, Rim::Supported, Rim::Free];
 
 /// A truth's step, s: half of that a fit has, so that the two are no copies of each other.
 const TRUTH_STEP: f64 = 1.25e-8;
 
-/// What one mount made of a twin's record.
+/// Fit of one mount to a synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MountFit {
     pub mount: String,
@@ -34,9 +34,9 @@ pub struct MountFit {
     pub log_evidence: Option<f64>,
 }
 
-/// Make and fit the twins `part` of the `plan.count` of `base`, six beads before a disc on water: mounts alternate, damping laws a third as fast.
+/// Make and fit the synthetic records `part` of the `plan.count` of `base`, six beads before a disc on water: mounts alternate, damping laws a third as fast.
 ///
-/// `finished` is told after each twin; once `stop` says so no further twin is begun, and the result is `None`.
+/// `finished` is called after each synthetic record; once `stop` says so no further synthetic record is begun, and the result is `None`.
 #[must_use]
 pub fn water_twins(
     base: &Scene,
@@ -121,7 +121,7 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         truth: Some(made.truth),
         fit: match at_truth {
             Some(fit) => fit.as_ref().map(TwinFit::from).map_err(Clone::clone),
-            None => Err("the twin's mount was not fitted".into()),
+            None => Err("the synthetic record's mount was not fitted".into()),
         },
         named_law: None,
         named_mount: Some(preferred_of(&fitted, &excluded)),

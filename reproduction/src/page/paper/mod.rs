@@ -28,7 +28,6 @@ pub struct PaperReport {
     pub judgements: Vec<Judgement>,
     /// The reconstruction shown beside both laws.
     pub reconstruction: Reconstruction,
-    /// Drive frequency, Hz.
     pub drive_frequency: f64,
     pub command_line: String,
 }

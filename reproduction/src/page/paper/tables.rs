@@ -142,7 +142,7 @@ pub(super) fn readings(outcome: &PaperOutcome) -> Vec<Table> {
             Table {
                 caption: format!(
                     "{} dampers at α = {}: the readings by rank. Shift: rms of the relative changes of both peaks and of the change of \
-                     A({}·f0)/A(f0). Significance: rms of the same changes over the scatter of both sides; below 2 it cannot be told from none.",
+                     A({}·f0)/A(f0). Significance: rms of the same changes over the scatter of both sides; below 2 it cannot be distinguished from none.",
                     capitalised(law.name),
                     law.alpha,
                     law.own_line

@@ -38,14 +38,13 @@ pub(super) fn headline(judgements: &[Judgement]) -> Block {
     }
 }
 
-/// What was run.
 pub(super) fn introduction(outcome: &PaperOutcome) -> Block {
     let plan = &outcome.plan;
     Block::Paragraph(format!(
         "Six 1 mm steel beads between a piston (73 kHz, 1 µm times α) and a resin annulus, run on model {} with the paper’s two damping laws: \
          linear dashpots of 0.3 N·s/m at α = 0.5 and Kuwabara–Kono dashpots of 3660 N·s·m⁻³ᐟ² at α = 1.5. The motion is chaotic or close to it, \
          so a single run means little: each law was run {} times with gaps jittered by 0.3 nm, the drive by 1 in 10⁴ and noise of {} mm/s rms \
-         on the velocity (which passes a decoder of {} MHz), and as often at 1 % more and 1 % less drive.",
+         on the velocity (which passes a vibrometer filter of {} MHz), and as often at 1 % more and 1 % less drive.",
         outcome.model,
         plan.members,
         significant(1e3 * plan.noise_rms_m_per_s, 2),
@@ -127,7 +126,6 @@ fn largest(sweep: &[SweepPoint], what: Trait) -> Option<(f64, f64, f64)> {
     points.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// What the sweeps show.
 pub(super) fn sweep(outcome: &PaperOutcome) -> String {
     let mut said = Vec::new();
     for (law, sweep) in LAWS.iter().zip(&outcome.sweeps) {
@@ -196,7 +194,6 @@ pub(super) fn readings(outcome: &PaperOutcome) -> String {
     )
 }
 
-/// What Figure 5 shows.
 pub(super) fn rigid(outcome: &PaperOutcome) -> String {
     let runs = &outcome.rigid.runs;
     let Some(finest) = runs.first() else { return "No model ran the rigid scene.".into() };
@@ -232,7 +229,7 @@ pub(super) fn rigid(outcome: &PaperOutcome) -> String {
     )
 }
 
-/// What nobody outside the authors’ laboratory knows.
+/// Unknowns outside the authors’ laboratory.
 pub(super) fn unknown(plan: &PaperPlan) -> Vec<String> {
     vec![
         "The horn-tip record is not published. Its stand-in is a 40-cycle sine that rings up with τ = 100 µs; length and shape of the burst are \
@@ -248,7 +245,7 @@ pub(super) fn unknown(plan: &PaperPlan) -> Vec<String> {
          together only as radii."
             .into(),
         format!(
-            "The decoder’s noise of {} mm/s rms and its bandwidth of {} MHz are those of the reconstruction, invented; jitters of 0.3 nm and 10⁻⁴ lie far below what a \
+            "The vibrometer’s noise of {} mm/s rms and its bandwidth of {} MHz are those of the reconstruction, invented; jitters of 0.3 nm and 10⁻⁴ lie far below what a \
              laboratory controls, so the scatter is a lower bound.",
             significant(1e3 * plan.noise_rms_m_per_s, 2),
             significant(1e-6 * plan.bandwidth_hz, 2)
@@ -257,7 +254,6 @@ pub(super) fn unknown(plan: &PaperPlan) -> Vec<String> {
     ]
 }
 
-/// Version, counts, failures.
 pub(super) fn provenance(report: &PaperReport) -> Vec<(String, String)> {
     let outcome = &report.outcome;
     let plan = &outcome.plan;

@@ -50,7 +50,7 @@ impl WaterReport {
         blocks.extend(tables::combinations(outcome).into_iter().map(Block::Table));
         blocks.push(Block::Heading("Drive, velocity and pressure (Fig. 7 and 8 of the paper)".into()));
         blocks.push(Block::Plates(figures::waveforms(&outcome.waveforms)));
-        blocks.push(Block::Heading("A tip that gives way".into()));
+        blocks.push(Block::Heading("A compliant tip".into()));
         blocks.push(Block::Paragraph(text::tips(outcome)));
         blocks.push(Block::Table(tables::tips(outcome)));
         blocks.push(Block::Heading("Six aluminium beads (companion work)".into()));

@@ -114,7 +114,7 @@ fn cells(title: &str, cells: &[Cell]) -> Table {
     }
 }
 
-/// The printed drive as the free motion of a tip that gives way.
+/// The printed drive as the free motion of a compliant tip.
 pub(super) fn tips(outcome: &WaterOutcome) -> Table {
     let rows = outcome.tips.iter().map(|tip| {
         let refused = tip.cell.failures.first().filter(|_| tip.cell.pressure_pa.is_none());

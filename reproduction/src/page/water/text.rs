@@ -47,7 +47,6 @@ pub(super) fn headline(outcome: &WaterOutcome) -> Block {
     }
 }
 
-/// What was run.
 pub(super) fn introduction(plan: &WaterPlan, model: &str) -> String {
     format!(
         "Six 1 mm steel beads between a piston (73 kHz, 30 cycles under a Gaussian) and a disc of vitreous carbon, 2 mm wide and 0.25 mm thick, \
@@ -116,12 +115,12 @@ pub(super) fn findings(outcome: &WaterOutcome) -> Vec<String> {
     said
 }
 
-/// What of the printed pressure a tip that gives way explains.
+/// What of the printed pressure a compliant tip explains.
 pub(super) fn tips(outcome: &WaterOutcome) -> String {
     let Some(found) = outcome.explained() else {
         let reason = outcome.tips.iter().find_map(|tip| tip.cell.failures.first());
         return format!(
-            "What of the printed pressure is explained by a tip that gives way is not known: none of these cells could be run{}.",
+            "What of the printed pressure is explained by a compliant tip is not known: none of these cells could be run{}.",
             reason.map_or_else(String::new, |reason| format!(", the first because: {reason}"))
         );
     };
@@ -144,7 +143,7 @@ pub(super) fn tips(outcome: &WaterOutcome) -> String {
         .collect();
     let verdict = if held.is_empty() {
         let beyond = if least < PRINTED_PRESSURE { "passes" } else { "does not reach" };
-        format!("a tip that gives way {beyond} the printed 14 kPa, and no tip tried holds it within its runs")
+        format!("a compliant tip {beyond} the printed 14 kPa, and no tip tried holds it within its runs")
     } else {
         format!("the printed 14 kPa lies within the runs of {}", held.join(", "))
     };
@@ -190,7 +189,6 @@ pub(super) fn companion(companion: &Companion) -> String {
     )
 }
 
-/// What nobody knows.
 pub(super) fn unknown(plan: &WaterPlan) -> Vec<String> {
     vec![
         "The paper prints “3.96 m” of drive; 3.96 µm is our reading.".into(),

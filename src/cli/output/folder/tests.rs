@@ -120,7 +120,7 @@ fn a_link_to_nowhere_is_no_folder() {
 }
 
 #[test]
-fn a_result_that_vanished_on_the_way_is_told_and_nothing_is_published() {
+fn a_result_that_vanished_on_the_way_is_reported_and_nothing_is_published() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");
     let folder = stage(&target, false).unwrap();
@@ -243,7 +243,7 @@ fn the_state_of_another_command_is_refused_and_left_as_it_is() {
 }
 
 #[test]
-fn a_state_that_holds_nothing_is_begun_anew_with_and_without_resume() {
+fn an_empty_state_starts_again_with_and_without_resume() {
     let place = tempfile::tempdir().unwrap();
     let (target, work) = (place.path().join("run"), place.path().join(".run.unfinished"));
     for left in ["", "state", "state/.granchain-x"] {

@@ -204,7 +204,7 @@ impl Place {
         if case.name == CALIBRATE.name { Self::with_bench() } else { Self::new() }
     }
 
-    /// The same files anew.
+    /// The same files again.
     pub fn copy(&self) -> Self {
         let copy = Self::new();
         copy_below(&self.root(), &copy.root());
@@ -225,7 +225,7 @@ impl Place {
         (output, log(&self.0.path().join("log")))
     }
 
-    /// Run, stopped before every change and in the middle of every write: `see` is told which, and whether it is half done. What stands
+    /// Run, stopped before every change and in the middle of every write: `see` receives which, and whether it is half done. What stands
     /// on disk then is what a kill at this instant leaves.
     #[allow(clippy::zombie_processes, reason = "waited for by its number, which tells of stops too")]
     pub fn stopped(&self, arguments: &[&[&str]], mut see: impl FnMut(&Change, bool)) {
@@ -394,10 +394,10 @@ pub fn recover(place: &Place, arguments: &[&[&str]], resumes: bool) -> Result<(R
 }
 
 /// Remove the results that could not be put in their place and of which the message says where they are kept: they are the user's.
-pub fn drop_kept(place: &Place, told: &str) {
+pub fn drop_kept(place: &Place, message: &str) {
     for path in fs::read_dir(place.work("")).unwrap().map(|entry| entry.unwrap().path()) {
         let name = path.file_name().unwrap().to_str().unwrap();
-        if name.starts_with(".out.kept-") && told.contains(name) {
+        if name.starts_with(".out.kept-") && message.contains(name) {
             fs::remove_dir_all(&path).unwrap();
         }
     }
@@ -416,7 +416,7 @@ pub fn compare(place: &Place, folder: &str, expected: &Contents) -> Result<(), S
     let found = place.contents(folder);
     let differs = |name: &&String| found.get(*name) != expected.get(*name);
     let names: std::collections::BTreeSet<&String> = found.keys().chain(expected.keys()).collect();
-    let told: Vec<String> = names
+    let differing: Vec<String> = names
         .into_iter()
         .filter(differs)
         .map(|name| match (found.get(name), expected.get(name)) {
@@ -425,7 +425,7 @@ pub fn compare(place: &Place, folder: &str, expected: &Contents) -> Result<(), S
             _ => format!("differs: {name}"),
         })
         .collect();
-    if told.is_empty() { Ok(()) } else { Err(format!("{folder}: {}", told.join(", "))) }
+    if differing.is_empty() { Ok(()) } else { Err(format!("{folder}: {}", differing.join(", "))) }
 }
 
 /// Say what failed and fail, if anything did.

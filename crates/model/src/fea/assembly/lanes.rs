@@ -8,7 +8,6 @@ pub(crate) trait Arithmetic: Copy {
     type Row: Copy;
 
     fn zero(self) -> Self::Row;
-    /// factor × row.
     fn scale(self, factor: f64, row: Self::Row) -> Self::Row;
     /// sum + factor × row, fused where the machine can; results of two machines differ by that rounding alone.
     fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;

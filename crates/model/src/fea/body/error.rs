@@ -1,5 +1,3 @@
-//! What a body refuses.
-
 use thiserror::Error;
 
 use crate::{

@@ -43,7 +43,7 @@ pub(crate) struct Contacts {
     pub compliances: Vec<Compliance>,
     /// The different V, row by row: points of the later contact × points of the earlier.
     pub couplings: Vec<Vec<f64>>,
-    /// Of piston, beads, support: N + 2; the piston's is that of a horn that gives way, whose displacement a force feels a step later.
+    /// Of piston, beads, support: N + 2; the piston's is that of a compliant horn, whose displacement a force feels a step later.
     pub mobilities: Vec<Mobility>,
     /// What the last dashpot stands on, if it moves without being a body of the chain.
     pub dashpot_base: DashpotBase,
@@ -78,9 +78,7 @@ impl DashpotBase {
 /// Rigid motion of every body predicted without forces at the end of the step; for the piston its prescribed one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RigidPrediction {
-    /// Displacement along z, m.
     pub displacement: f64,
-    /// Velocity along z, m/s.
     pub velocity: f64,
 }
 
@@ -107,7 +105,6 @@ impl ContactState {
         (self.pressing, self.damping) = (other.pressing, other.damping);
     }
 
-    /// Whole axial force, N.
     pub fn total(&self) -> f64 {
         self.pressing + self.damping
     }

@@ -1,12 +1,8 @@
-//! Integration points.
-
 use crate::fea::mesh::Shape;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussPoint {
-    /// Place ξ, 1.
     pub xi: f64,
-    /// Place η, 1.
     pub eta: f64,
     /// Weight, 1: the weights sum to the parametric area, 4 or ½.
     pub weight: f64,
@@ -18,7 +14,6 @@ pub(super) const MOST_POINTS: usize = 9;
 const GAUSS_3: f64 = 0.774_596_669_241_483_4;
 /// Abscissa and weight of the three-point Gauss rule on −1…1, of degree 5.
 pub(crate) const GAUSS_LINE: [(f64, f64); 3] = [(-GAUSS_3, 5.0 / 9.0), (0.0, 8.0 / 9.0), (GAUSS_3, 5.0 / 9.0)];
-/// √15.
 const ROOT_15: f64 = 3.872_983_346_207_417;
 
 /// Points of an element: 3 × 3 Gauss (degree 5 in each direction) or the 7-point rule of degree 5 on the triangle.

@@ -107,7 +107,6 @@ impl Ordering {
         Self { nodes, last, position, fixed }
     }
 
-    /// Place → node.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes
     }

@@ -17,7 +17,6 @@ use super::{
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum PatchElements {
-    /// 8-node quadrilaterals everywhere.
     Quadrilateral,
     /// 6-node triangles in the patches, 8-node quadrilaterals between them, as the source paper has it.
     Mixed,

@@ -1,4 +1,4 @@
-//! Beads, drive, horn, holder, dashpots and losses.
+//! Beads, drive, horn, bead guide, dashpots and losses.
 
 use super::support::mesh_file;
 use crate::scene::{
@@ -105,7 +105,7 @@ const KEYS: [&str; 4] = ["holder.drag", "holder.friction_force", "holder.frictio
 /// Largest sine of the angle between lines of centres and the axis in models whose contacts are along the axis.
 const STRAIGHT: f64 = 0.05;
 
-/// The holder that a scene asks for; `exact` where the model can do the exact law of friction, `meshed` where bodies are.
+/// The bead guide that a scene asks for; `exact` where the model can do the exact law of friction, `meshed` where bodies are.
 pub(super) fn holder(
     reader: &Reader<'_>,
     (exact, meshed): (bool, bool),

@@ -28,7 +28,7 @@ pub struct DiscOnWaterSettings {
 }
 
 impl DiscOnWaterSettings {
-    /// Of the water of a scene on that mesh, heard at its field points.
+    /// Of the water of a scene on that mesh, with its field points.
     pub(in crate::water) fn of(water: &WaterSettings, mesh: WaterMesh, patch: f64, step: f64) -> Self {
         let points = water.field_points.clone();
         Self { water: water.liquid, baffle: water.baffle, mesh, points, patch, step }

@@ -38,7 +38,6 @@ impl FacePressure {
         &self.pressure
     }
 
-    /// The radii, m.
     pub fn radii(&self) -> &[f64] {
         &self.radii
     }

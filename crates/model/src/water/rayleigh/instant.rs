@@ -9,7 +9,7 @@ use super::{
 };
 use crate::water::{Water, quadrature::gauss_legendre};
 
-/// Points of the quadrature over a piece of the memory: these, and one for each time to be told apart in 2a/c.
+/// Points of the quadrature over a piece of the memory: these, and one for each time to be distinguished in 2a/c.
 const LEAST_POINTS: usize = 24;
 
 #[derive(Debug, Clone)]

@@ -52,7 +52,7 @@ pub struct WetDisc {
 }
 
 impl WetDisc {
-    /// A disc at rest, on a clock of that step (s), heard at some points.
+    /// A disc at rest, on a clock of that step (s), with field points.
     pub fn new(
         radius: f64,
         modes: &DiscModes,

@@ -28,9 +28,7 @@ impl<F: Fn(f64) -> f64 + Sync> Shape for F {
 }
 
 pub struct Radiator<'a> {
-    /// Radius a, m.
     pub radius: f64,
-    /// Its shapes φ_k(r).
     pub shapes: Vec<&'a dyn Shape>,
 }
 

@@ -26,7 +26,7 @@ pub struct AccuracyReport {
     pub program: String,
     /// Command line that makes the same page, its times those of another machine.
     pub command_line: String,
-    /// Whether there is something new to be stored: references computed anew.
+    /// Whether there is something new to be stored: references computed again.
     pub store: bool,
     pub accuracy: Accuracy,
 }
@@ -131,7 +131,7 @@ fn order_said(own: &OwnErrors) -> String {
 }
 
 impl AccuracyReport {
-    /// `report.html`, `report.md`, the figures, `accuracy.json`, `accuracy.csv`; with references computed anew also `stored-SCENE.json`, which
+    /// `report.html`, `report.md`, the figures, `accuracy.json`, `accuracy.csv`; with references computed again also `stored-SCENE.json`, which
     /// is what the program keeps of a built-in scene.
     ///
     /// # Errors
@@ -303,7 +303,7 @@ impl AccuracyReport {
             )
         };
         format!(
-            "Seconds are {clock}, on {}; each setting is repeated two to nine times, bodies made anew each time.{old}",
+            "Seconds are {clock}, on {}; each setting is repeated two to nine times, bodies made again each time.{old}",
             self.accuracy.found.processor
         )
     }
