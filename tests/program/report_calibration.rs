@@ -228,6 +228,7 @@ fn report() -> CalibrationReport {
         drive_origin: "measurements/annulus-73khz/horn_tip.csv".into(),
         recorded: Some(velocity(0.0, 1.0)),
         simulated: Some(velocity(0.12, 0.97)),
+        residual: (0..100).map(|i| (100e-6 + 1e-6 * f64::from(i), 2e-3, 3e-3)).collect(),
         alignment: "onset at 9.8 µs in both".into(),
         masked: vec![(120e-6, 122e-6)],
         window: Some(Window::new(100e-6, 540e-6)),

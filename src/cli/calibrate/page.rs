@@ -51,8 +51,9 @@ pub fn report(
     let scene = best.scene(0);
     let reference = if problem.lead().measured.record().is_some() { "of the record" } else { "as published" };
     let shots = problem.shots.iter().zip(&confirmed.confirmations).enumerate();
-    let records = shots.map(|(number, (shot, confirmation))| {
-        record(problem, (number, shot), &best.scene(number), confirmation.as_ref())
+    let records = shots.map(|(number, (shot, confirmation))| RecordReport {
+        residual: residual(&best.fit, number),
+        ..record(problem, (number, shot), &best.scene(number), confirmation.as_ref())
     });
     CalibrationReport {
         outcome: outcome.clone(),
@@ -117,12 +118,21 @@ fn record(
         drive_origin: drive_origin(shot),
         recorded: record.map(|record| record.series.clone()),
         simulated: confirmation.map(simulated_span),
+        residual: Vec::new(),
         alignment: confirmation.map_or_else(String::new, |found| alignment(found, &shot.comparison.reduction)),
         masked: record.map_or_else(Vec::new, masked),
         window: confirmation.map(|confirmation| confirmation.window),
         compared: names.filter(|(_, weight)| **weight > 0.0).map(|(name, _)| name.into_owned()).collect(),
         published: confirmation.map_or_else(BTreeMap::new, |confirmation| printed(shot, scene, confirmation)),
     }
+}
+
+/// What is left of a record where its waveform decided.
+fn residual(fit: &Fit, number: usize) -> Vec<(f64, f64, f64)> {
+    let waveform = fit.waveform.as_ref().filter(|waveform| waveform.decides());
+    let Some(of) = waveform.and_then(|waveform| waveform.residuals.get(number)) else { return Vec::new() };
+    let each = of.times.iter().zip(&of.left).zip(&of.deviations);
+    each.map(|((time, left), deviation)| (*time, *left, *deviation)).collect()
 }
 
 /// The stretches of a record that are bridged, up to its ends.

@@ -188,9 +188,9 @@ pub(super) fn solved(lower: &[Vec<f64>], x: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// Compared samples of one record, whitened by one covariance.
-struct Compared {
+pub(super) struct Compared {
     rows: Vec<usize>,
-    covariance: Covariance,
+    pub covariance: Covariance,
     /// J, Q and the shift's column.
     others: Mat<f64>,
 }
@@ -212,7 +212,7 @@ impl Ensemble {
     }
 
     /// Regression of every record's traces, corrected for the step error.
-    fn regressions(&self, known: &Known) -> Option<Vec<Regression>> {
+    pub(super) fn regressions(&self, known: &Known) -> Option<Vec<Regression>> {
         let of = |(record, traces): (usize, &Mat<f64>)| {
             let mut regression = Regression::of(&self.points, traces.as_ref(), self.is_quadratic())?;
             if let Some((mean, _)) = known.correction.get(record) {
@@ -399,7 +399,13 @@ impl Ensemble {
     }
 
     /// The samples `rows` of one record with the covariance of their uncertainty.
-    fn compared(&self, known: &Known, number: usize, regression: &Regression, rows: Vec<usize>) -> Option<Compared> {
+    pub(super) fn compared(
+        &self,
+        known: &Known,
+        number: usize,
+        regression: &Regression,
+        rows: Vec<usize>,
+    ) -> Option<Compared> {
         let (record, nuisances) = (known.records[number], &known.nuisances[number]);
         let scale = regression.freedom.sqrt().recip();
         let runs = regression.residuals.ncols();

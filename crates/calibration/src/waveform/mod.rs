@@ -11,6 +11,7 @@ mod difference;
 mod ensemble;
 mod record;
 mod regression;
+mod residual;
 mod rounds;
 mod source;
 mod start;
@@ -21,6 +22,7 @@ use argmin::core::Executor;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
+pub use self::residual::Residual;
 use self::{
     record::RecordTrace,
     rounds::Rounds,
@@ -70,6 +72,9 @@ pub struct WaveformFit {
     /// What the model above the chain that answers changes of its runs.
     #[serde(skip)]
     pub(crate) difference: Option<Arc<Difference>>,
+    /// What is left of every record.
+    #[serde(skip)]
+    pub residuals: Vec<Residual>,
 }
 
 /// A record with its forward model.
@@ -264,5 +269,6 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
         settled: rounds.settled,
         difference: sources.records[0].difference.clone(),
+        residuals: answer.residuals,
     })
 }

@@ -25,6 +25,8 @@ const CONTINUED: usize = 3;
 #[derive(Debug, Clone)]
 pub(super) struct RecordTrace {
     pub step: f64,
+    /// Instant of its first sample, s.
+    start: f64,
     pub onset: usize,
     pub peak: f64,
     /// Standard deviation of a sample of white noise that has the density of the record's up to half the sample rate, m/s.
@@ -88,6 +90,7 @@ impl RecordTrace {
         plan.process(&mut input, &mut spectrum).ok()?;
         Some(Self {
             step: trace.step,
+            start: trace.start,
             onset,
             peak,
             sigma,
@@ -119,6 +122,11 @@ impl RecordTrace {
         (self.valid, self.spare) = (valid, self.spare - more);
         self.left_out += more;
         true
+    }
+
+    /// Instant of a place between samples, s.
+    pub fn time(&self, place: f64) -> f64 {
+        self.start + self.step * place
     }
 
     pub fn len(&self) -> usize {

@@ -8,6 +8,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{
     ensemble::{Ensemble, Known, Placed, Solution, solved},
+    residual::Residual,
     source::Sources,
     start::Start,
 };
@@ -92,6 +93,7 @@ pub(super) struct Rounds {
 pub(super) struct Answer {
     pub solution: Solution,
     pub p: f64,
+    pub residuals: Vec<Residual>,
 }
 
 impl Rounds {
@@ -314,7 +316,8 @@ impl Rounds {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(1);
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
-        Some(Answer { solution, p })
+        let residuals = ensemble.residuals(&known, &solution)?;
+        Some(Answer { solution, p, residuals })
     }
 }
 

@@ -127,7 +127,16 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let start = main.start;
     let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
     let whole = overlay(Axis::time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
-    let whole = Figure::new(format!("{both}: the whole record.")).sized(PAGE_WIDTH_MM, 1).panel(whole);
+    let mut caption = format!("{both}: the whole record.");
+    let mut panels = vec![whole];
+    if !record.residual.is_empty() {
+        caption.push_str(
+            " Below: what is left where the waveform is compared, and the band that holds 90 % of it if the model is right, by noise and by what \
+             differs from run to run.",
+        );
+        panels.push(residual(record, Axis::time().range(start, end), quantity(measurand)));
+    }
+    let whole = Figure { panels, ..Figure::new(caption).sized(PAGE_WIDTH_MM, 1) };
 
     let onset = onset(main);
     let ring_up = (onset - period).max(start);
@@ -150,6 +159,22 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         ),
     ]
 }
+
+/// What is left of the record at the answer, between the edges of its 90 % band.
+fn residual(record: &RecordReport, x: Axis, y: Axis) -> Panel {
+    let edge = |factor: f64| record.residual.iter().map(|(t, _, deviation)| (*t, factor * deviation)).collect();
+    let left = record.residual.iter().map(|(t, left, _)| (*t, *left)).collect();
+    let y = Axis { label: "Residual".into(), ..y };
+    let band = Stroke::new(Colour::Vermillion).width(0.6);
+    Panel::new(x, y)
+        .line("record − simulated", left, RECORDED.width(0.5))
+        .line("90 % band", edge(QUANTILE), band)
+        .line("", edge(-QUANTILE), band)
+        .height(24.0)
+}
+
+/// 95 % quantile of the standard normal distribution.
+const QUANTILE: f64 = 1.645;
 
 /// The stretches that were bridged, over the height of all traces.
 fn masked(record: &RecordReport) -> Layer {

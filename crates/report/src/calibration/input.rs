@@ -54,6 +54,9 @@ pub struct RecordReport {
     pub recorded: Option<Series>,
     /// The calibrated response through the same conditioning, already aligned with the record, m/s or Pa.
     pub simulated: Option<Series>,
+    /// Instant (s), record less simulated, and standard deviation of that by noise and from run to run, where the waveform was compared.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub residual: Vec<(f64, f64, f64)>,
     /// How the simulated trace was aligned, such as `onset at 14.2 µs in both; shifted by one drive period`.
     pub alignment: String,
     /// Stretches that were bridged in it and in every simulated run, s, record time.

@@ -1,0 +1,48 @@
+//! Record less mean trace, as the report shows it.
+
+use faer::Mat;
+
+use super::{
+    ensemble::{Ensemble, Known, Solution, beside},
+    regression::Regression,
+};
+
+/// Residual of one record at the answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Residual {
+    /// Instants of the samples compared, s, record time.
+    pub times: Vec<f64>,
+    /// Record − expected run, m/s.
+    pub left: Vec<f64>,
+    /// Standard deviation of that by noise and from run to run, m/s.
+    pub deviations: Vec<f64>,
+}
+
+impl Ensemble {
+    /// Residual of every record at the answer, without the most likely shift, drift, crosstalk and sensitivity of its instrument.
+    pub fn residuals(&self, known: &Known, solution: &Solution) -> Option<Vec<Residual>> {
+        let of = |(number, regression): (usize, &Regression)| {
+            let (record, placed) = (known.records[number], solution.placed[number]);
+            let (values, rows) = record.compared(&placed);
+            let within = self.compared(known, number, regression, rows.clone())?;
+            let mean = regression.mean(&solution.z);
+            let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
+            let nuisances = &known.nuisances[number];
+            let [further, shift] =
+                [nuisances.columns(record, &mean, &rows), nuisances.shift_column(record, &mean, &rows)];
+            let instrument = beside(&[further.as_ref(), shift.as_ref()]);
+            let left = &rest - &instrument * within.covariance.inner(instrument.as_ref(), rest.as_ref());
+            let square = |t: usize| {
+                let runs = regression.residuals.row(t).squared_norm_l2() / regression.freedom;
+                let further = known.correction.get(number).map_or(0.0, |(_, columns)| columns.row(t).squared_norm_l2());
+                record.band * record.sigma.powi(2) + runs + further
+            };
+            Some(Residual {
+                times: rows.iter().map(|t| record.time(*t as f64 + placed.shift)).collect(),
+                left: (0..rows.len()).map(|i| left[(i, 0)]).collect(),
+                deviations: rows.iter().map(|t| square(*t).sqrt()).collect(),
+            })
+        };
+        self.regressions(known)?.iter().enumerate().map(of).collect()
+    }
+}
