@@ -27,7 +27,8 @@ impl Ensemble {
             let within = self.compared(known, number, regression, rows.clone())?;
             let mean = regression.mean(&solution.z);
             let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
-            let nuisances = &known.nuisances[number];
+            // The covariance's own columns: others that differ a little would be taken for signal.
+            let (nuisances, mean) = (&known.nuisances[number], regression.mean(&vec![0.0; solution.z.len()]));
             let [further, shift] =
                 [nuisances.columns(record, &mean, &rows), nuisances.shift_column(record, &mean, &rows)];
             let instrument = beside(&[further.as_ref(), shift.as_ref()]);

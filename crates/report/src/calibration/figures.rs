@@ -170,7 +170,7 @@ fn residual(record: &RecordReport, x: Axis, y: Axis) -> Panel {
         .line("record − simulated", left, RECORDED.width(0.5))
         .line("90 % band", edge(QUANTILE), band)
         .line("", edge(-QUANTILE), band)
-        .height(24.0)
+        .height(32.0)
 }
 
 /// 95 % quantile of the standard normal distribution.
