@@ -46,8 +46,8 @@ use crate::{
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
                   granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' --drive-read channel=CH1 --drive-read 'scale=2 um/V'")]
 pub struct Arguments {
-    /// Record (CSV, UFF) or published values (TOML); repeated: records fitted together
-    #[arg(long, value_name = "FILE", help_heading = "Fit")]
+    /// Record (CSV, UFF) or published values (TOML); several are fitted together, as shots of one experiment where they have one horn record
+    #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
     /// Fit definition (TOML); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Fit")]

@@ -96,8 +96,9 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
         assert!(bench.path("whole").join(file).is_file(), "{:?}", bench.tree());
     }
 
-    // What lies below is what the reduced model answers by itself.
-    answered(&[&["--model", "reduced"], &FINITE[2..], &["--out", "reduced"]].concat());
+    // What lies below is what the amplitudes of the reduced model answer by themselves.
+    bench.write("plan.toml", "likelihood = \"amplitudes\"\n");
+    answered(&[&["--plan", "plan.toml", "--model", "reduced"], &FINITE[2..], &["--out", "reduced"]].concat());
     assert_eq!(bench.outcome("reduced")["parameters"], rungs[1]["parameters"]);
     assert_ne!(rungs[1]["parameters"], rungs[2]["parameters"]);
 

@@ -58,6 +58,14 @@ pub struct Uncertainty {
     /// to this value.
     #[serde(default)]
     pub droop: f64,
+    /// Number n of shots of one experiment that are fitted together. They share bench, horn and instruments, so each is taken to know these √n times
+    /// worse: all together then know them as well as one.
+    #[serde(default = "single")]
+    pub repeats: usize,
+}
+
+fn single() -> usize {
+    1
 }
 
 impl Default for Uncertainty {
@@ -74,6 +82,7 @@ impl Default for Uncertainty {
             support_stiffness: 0.0,
             modulus: 0.004,
             droop: 0.0,
+            repeats: 1,
         }
     }
 }
@@ -99,6 +108,11 @@ impl Uncertainty {
             ("support_stiffness", "1", self.support_stiffness),
             ("modulus", "1", self.modulus),
         ]
+    }
+
+    /// Factor on the standard deviation of what all shots of an experiment share: √n.
+    pub(super) fn shared(&self) -> f64 {
+        (self.repeats as f64).sqrt()
     }
 
     /// Factor on the tempering exponent β of the likelihood.
@@ -222,7 +236,7 @@ impl Forward {
         let mut scene = scene.clone();
         let mut comparison = comparison.into();
         comparison.power *= uncertainty.discount();
-        comparison.sensitivity = uncertainty.sensitivity;
+        comparison.sensitivity = uncertainty.sensitivity * uncertainty.shared();
         scene.duration = comparison.duration(&scene.drive);
         let engine = Engine::new(&scene, laws, comparison.measurand())?;
         let step = period / STEPS_PER_CYCLE as f64;
@@ -449,7 +463,8 @@ impl Forward {
         }
         let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, modulus, droop, .. } =
             self.uncertainty;
-        variation.amplitude_scale *= 1.0 + drive * random.random_range(-1.0..1.0);
+        let shared = self.uncertainty.shared();
+        variation.amplitude_scale *= 1.0 + shared * drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
         let roughness = gap * (gap_scale * rougher).exp();
         let mut drawn = Vec::with_capacity(variation.gap_offsets.len());
@@ -463,17 +478,17 @@ impl Forward {
         let fitted = |target| self.parameters.iter().any(|parameter| parameter.target == target);
         let draw = normal();
         if !fitted(Target::Gap) {
-            variation.gap_offsets[0] += baseline * draw;
+            variation.gap_offsets[0] += shared * baseline * draw;
         }
         if precompression > 0.0 && !fitted(Target::Precompression) {
-            variation.precompression = (variation.precompression + precompression * normal()).abs();
+            variation.precompression = (variation.precompression + shared * precompression * normal()).abs();
         }
         if support_stiffness > 0.0 && !fitted(Target::SupportStiffness) {
-            variation.support_stiffness_factor *= (support_stiffness * normal()).exp();
+            variation.support_stiffness_factor *= (shared * support_stiffness * normal()).exp();
         }
         // A disc is no Hertz contact: it has its own constants.
         if modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted(Target::Modulus) {
-            variation.modulus_factor *= (modulus * normal()).exp();
+            variation.modulus_factor *= (shared * modulus * normal()).exp();
         }
         let shakes = self.scene.drive.shakes_count();
         variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();

@@ -185,9 +185,17 @@ impl Problem {
         let likelihood = plan.likelihood.unwrap_or(usual);
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
         let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
-        let uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
+        let mut uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
         refuse_frequencies(&asked, &scenes)?;
         let mut assumptions: Vec<String> = Vec::new();
+        // One bench under one record of the horn.
+        if scenes.len() > 1 && scenes.iter().all(|scene| *scene == scenes[0]) {
+            uncertainties.iter_mut().for_each(|drawn| drawn.repeats = scenes.len());
+            assumptions.push(format!(
+                "{} shots of one experiment (one scene, one drive): what is not known of bench and instruments is the same in all",
+                scenes.len()
+            ));
+        }
         for text in benches.iter().flat_map(|bench| &bench.assumptions) {
             // Several records on one scene assume the same.
             if benches.len() == 1 || !assumptions.contains(text) {

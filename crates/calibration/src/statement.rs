@@ -2,6 +2,7 @@
 
 use super::{
     agreement,
+    comparison::Comparison,
     fingerprints::CandidateRuns,
     fit::{Estimate, Fit, Verdict},
     multi_record::Share,
@@ -271,6 +272,58 @@ pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
         ));
     }
     said
+}
+
+/// Standard deviations from which a drift over shots, or a single shot, is named.
+const APART: f64 = 4.0;
+
+/// Least drift over all shots that is named, ln.
+const DRIFT: f64 = 2e-3;
+
+/// Statements on shots of one experiment (`labels`), whose features are compared with `comparisons`: how much they differ, and whether they drift.
+#[must_use]
+pub(crate) fn repeated(fit: &Fit, comparisons: &[&Comparison], labels: &[String]) -> Vec<String> {
+    let (count, features) = (comparisons.len() as f64, comparisons[0].features.len());
+    let compared = |f: &usize| comparisons.iter().all(|shot| shot.weights[*f] > 0.0);
+    let ratio = |f: usize| {
+        let values = || comparisons.iter().map(|shot| shot.features[f]);
+        let middle = values().sum::<f64>() / count;
+        let variance = values().map(|z| (z - middle).powi(2)).sum::<f64>() / (count - 1.0);
+        let scatter: f64 = fit.scatter.iter().skip(f).step_by(features).map(|scatter| scatter * scatter).sum();
+        (variance / (scatter / count)).sqrt()
+    };
+    let mut ratios: Vec<f64> = (0..features).filter(compared).map(ratio).filter(|ratio| ratio.is_finite()).collect();
+    ratios.sort_by(f64::total_cmp);
+    let middle = ratios.get(ratios.len() / 2).map(|ratio| {
+        format!(
+            "From shot to shot features vary {ratio:.1} times as much as from run to run of the model (median of {}); runs also differ in what shots share.",
+            ratios.len()
+        )
+    });
+    let levels = fit.waveform.iter().flat_map(|waveform| &waveform.levels);
+    middle.into_iter().chain(drift(&levels.copied().collect::<Vec<_>>(), labels)).collect()
+}
+
+/// Statements on the levels of shots, ln, each with its standard deviation.
+fn drift(levels: &[[f64; 2]], labels: &[String]) -> Vec<String> {
+    let weighted = |of: &dyn Fn(usize) -> f64| -> f64 { (0..levels.len()).map(|i| of(i) / levels[i][1].powi(2)).sum() };
+    let middle = weighted(&|i| i as f64) / weighted(&|_| 1.0);
+    let squares = weighted(&|i| (i as f64 - middle).powi(2));
+    let slope = weighted(&|i| (i as f64 - middle) * levels[i][0]) / squares;
+    let span = slope * (levels.len() as f64 - 1.0);
+    if levels.len() > 2 && slope.abs() * squares.sqrt() > APART && span.abs() > DRIFT {
+        return vec![format!(
+            "The level of the drive drifts by {:+.2} % from the first shot to the last: fit them apart, or let the bench come to rest.",
+            100.0 * span.exp_m1()
+        )];
+    }
+    let apart =
+        levels.iter().zip(labels).filter(|([level, deviation], _)| level.abs() > f64::max(APART * deviation, DRIFT));
+    apart
+        .map(|([level, _], label)| {
+            format!("{label} stands apart: its level is {:+.2} % from that of all shots.", 100.0 * level.exp_m1())
+        })
+        .collect()
 }
 
 /// Expected deviation, in scatters, from which a one-sided statement counts as missed.

@@ -77,6 +77,7 @@ impl StatedUncertainty {
             support_stiffness: stated("support_stiffness").unwrap_or(usual.support_stiffness),
             modulus: stated("modulus").unwrap_or(usual.modulus),
             droop: bandwidth.map_or(0.0, |bandwidth| 1.0 - LowPass::gaussian_gain(scene.drive.frequency, bandwidth)),
+            repeats: 1,
         };
         if drawn.support_stiffness > 0.0 {
             Parameter::named("support_stiffness", scene).map_err(Refusal::UncertainStiffness)?;

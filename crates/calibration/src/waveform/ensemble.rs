@@ -430,7 +430,7 @@ impl Ensemble {
     }
 
     /// Change of one record for a drive level higher by one standard deviation.
-    fn level_column(
+    pub(super) fn level_column(
         &self,
         regression: &Regression,
         parameter: usize,

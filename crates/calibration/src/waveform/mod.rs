@@ -72,6 +72,9 @@ pub struct WaveformFit {
     /// What the model above the chain that answers changes of its runs.
     #[serde(skip)]
     pub(crate) difference: Option<Arc<Difference>>,
+    /// Of shots of one experiment: ln of the level of each over that of all, and its standard deviation.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<[f64; 2]>,
     /// What is left of every record.
     #[serde(skip)]
     pub residuals: Vec<Residual>,
@@ -239,7 +242,7 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
     let mut covariance: Vec<Vec<f64>> =
         solution.covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
     let mut at = solution.at.clone();
-    let product = sources.alpha().filter(|_| sources.records() == 1).map(|alpha| {
+    let product = sources.alpha().filter(|_| sources.shares_level()).map(|alpha| {
         let (mean, deviation) = level(forward.uncertainty());
         let product = covariance[alpha][alpha].sqrt();
         covariance[alpha][alpha] += deviation * deviation;
@@ -269,6 +272,7 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
         settled: rounds.settled,
         difference: sources.records[0].difference.clone(),
+        levels: answer.levels,
         residuals: answer.residuals,
     })
 }

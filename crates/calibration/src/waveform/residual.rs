@@ -46,4 +46,22 @@ impl Ensemble {
         };
         self.regressions(known)?.iter().enumerate().map(of).collect()
     }
+
+    /// ln of the level of each record's drive over that of all records, and its standard deviation, by all other parameters held; `alpha` is the number
+    /// of the parameter that the level multiplies.
+    pub fn levels(&self, known: &Known, solution: &Solution, alpha: usize) -> Option<Vec<[f64; 2]>> {
+        let of = |(number, regression): (usize, &Regression)| {
+            let (values, rows) = known.records[number].compared(&solution.placed[number]);
+            let within = self.compared(known, number, regression, rows.clone())?;
+            let mean = regression.mean(&solution.z);
+            let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
+            let slope = self.level_column(regression, alpha, 1.0, &rows)?;
+            let information = within.covariance.inner(slope.as_ref(), slope.as_ref())[(0, 0)];
+            Some([
+                within.covariance.inner(slope.as_ref(), rest.as_ref())[(0, 0)] / information,
+                information.sqrt().recip(),
+            ])
+        };
+        self.regressions(known)?.iter().enumerate().map(of).collect()
+    }
 }

@@ -71,7 +71,7 @@ impl Source {
         }
         let peak = along.iter().fold(f64::MIN_POSITIVE, |most, x| f64::max(most, x.abs()));
         [&mut along, &mut across].into_iter().flatten().for_each(|x| *x /= peak);
-        let nuisances = Nuisances::new(forward.uncertainty().sensitivity, [along, across], scene.drive.frequency);
+        let nuisances = Nuisances::new(forward.comparison.sensitivity, [along, across], scene.drive.frequency);
         Self { forward, noise, trace, nuisances, above: None, difference: None }
     }
 }
@@ -135,9 +135,14 @@ impl Sources {
         self.records[0].forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha)
     }
 
+    /// Whether there is one record, or several shots of one experiment.
+    pub fn shares_level(&self) -> bool {
+        self.records.len() == self.records[0].forward.uncertainty().repeats
+    }
+
     /// See [`Known::level`].
     fn level(&self) -> Option<(usize, Vec<f64>)> {
-        let alpha = self.alpha().filter(|_| self.records.len() > 1)?;
+        let alpha = self.alpha().filter(|_| !self.shares_level())?;
         let deviation = |source: &Source| super::level(source.forward.uncertainty()).1;
         Some((alpha, self.records.iter().map(deviation).collect()))
     }
