@@ -10,6 +10,7 @@ use super::{
     DecimalSign, Place, RecordKind, UniversalError,
     remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, times, wanted},
 };
+use granchain_signal::number::time;
 
 /// Why a record cannot be used.
 #[derive(Debug, Error)]
@@ -202,7 +203,7 @@ pub enum MeasurementError {
     )]
     Infinite { place: Place, found: String },
     #[error(
-        "{place}: expected a time later than {previous:e} s, found {found:e} s; {}",
+        "{place}: expected a time later than {}, found {}; {}", time(*previous), time(*found),
         if previous == found { "the time column needs more digits, or the row is there twice" }
         else { "the instants fall or jump: keep one sweep only, or correct the sign or the unit of the time column" }
     )]

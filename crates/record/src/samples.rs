@@ -12,6 +12,7 @@ use super::{
     sampling,
     table::{Rows, Table, is_missing, shortened, text, text_of},
 };
+use granchain_signal::number::time;
 
 /// Most letters of a cell shown in a message.
 const LONGEST_CELL: usize = 40;
@@ -173,8 +174,10 @@ impl Table {
         let name = self.columns[column].header.clone();
         if let Some(rate) = options.sample_rate {
             let step = 1.0 / rate;
-            let text =
-                format!("one sample every {step:e} s (--sample-rate); of `{name}` the first instant alone is taken");
+            let text = format!(
+                "one sample every {} (--sample-rate); of `{name}` the first instant alone is taken",
+                time(step)
+            );
             self.assumptions.push(text);
             let said = (self.times[self.times.len() - 1] - start) / (self.times.len() - 1).max(1) as f64;
             if !((said - step).abs() <= 1e-3 * step) {
@@ -197,8 +200,8 @@ impl Table {
                 Some(room) => format!("(the roundest possible; it may be off by {room:.1e} of itself)"),
             };
             self.assumptions.push(format!(
-                "`{name}` is rounded: one sample every {:e} s {from}, which all instants agree with",
-                clock.step
+                "`{name}` is rounded: one sample every {} {from}, which all instants agree with",
+                time(clock.step)
             ));
             (self.grid, self.times) = (Some((clock.start, clock.step)), Vec::new());
             return Ok(());

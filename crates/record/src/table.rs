@@ -21,6 +21,7 @@ use super::{
     sampling, separated,
     universal::{self, UniversalText},
 };
+use granchain_signal::number::time;
 
 /// Lines shown by `inspect`, and letters of each.
 const FIRST_LINES: usize = 6;
@@ -324,8 +325,11 @@ pub(super) fn read(
     };
     if let Some((start, step)) = own {
         let name = &table.columns[table.chosen.value].header;
-        let text =
-            format!("instants from the clock that the preamble states of `{name}`: {start:e} s and every {step:e} s");
+        let text = format!(
+            "instants from the clock that the preamble states of `{name}`: {} and every {}",
+            time(start),
+            time(step)
+        );
         table.assumptions.push(text);
     }
     rows.blanks_count = table.chosen.time.is_none();

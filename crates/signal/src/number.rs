@@ -1,5 +1,7 @@
 //! Numbers for readers: consistent significant digits, a true minus sign, engineering prefixes.
 
+use super::quantity::{Dimension, Quantity};
+
 /// `value` with `digits` decimals and a true minus sign; −0 is 0.
 pub fn fixed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
@@ -135,6 +137,18 @@ pub fn with_interval(value: f64, interval: Option<(f64, f64)>) -> String {
 fn rounded_exponent(value: f64, figures: usize) -> i32 {
     let text = format!("{:.*e}", figures.saturating_sub(1), value.abs());
     text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
+}
+
+/// A value rounded to 12 digits: 0.3 + 5·0.05 is 0.55, not 0.5500000000000000444.
+#[must_use]
+pub fn to_12_digits(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
+/// An instant or interval (s) with prefix and unit, to 12 digits: −13.6 µs.
+#[must_use]
+pub fn time(value: f64) -> String {
+    Quantity::new(to_12_digits(value), Dimension::TIME).to_string()
 }
 
 #[cfg(test)]

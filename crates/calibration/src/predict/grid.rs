@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use granchain_signal::{Dimension, Quantity, QuantityError};
+use granchain_signal::{Dimension, Quantity, QuantityError, number::to_12_digits};
 
 /// Most points a grid may have.
 pub const MOST_POINTS: usize = 1_000_000;
@@ -123,11 +123,6 @@ fn range(start: f64, stop: f64, step: f64, text: &str) -> Result<Vec<f64>, GridE
         return Err(GridError::TooLarge { points: last + 1.0 });
     }
     Ok((0..=last as usize).map(|index| to_12_digits(start + index as f64 * step)).collect())
-}
-
-/// Rounds to 12 digits: 0.3 + 5·0.05 is 0.55, not 0.5500000000000000444.
-fn to_12_digits(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 /// Every combination of the axes' values, the last axis fastest.

@@ -3,6 +3,7 @@ use std::path::Path;
 use granchain_signal::Dimension;
 
 use super::{Line, MeasurementError, Preamble, bare, count, missing, number, parse_unit, statements};
+use granchain_signal::number::time;
 
 /// `Revision:,0` … `XInc:,1e-7` … `Data:`, then values, or instants and values.
 pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
@@ -28,7 +29,7 @@ pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Mea
     }
     let mut assumptions = Vec::new();
     if let (false, Some((start, step))) = (timed, grid) {
-        assumptions.push(format!("instants from XOrg and XInc: {start:e} s and every {step:e} s"));
+        assumptions.push(format!("instants from XOrg and XInc: {} and every {}", time(start), time(step)));
     }
     Ok(Preamble {
         instrument: "Keysight Infiniium",

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use super::{Line, MeasurementError, Place, Preamble, line_at, missing, number};
+use granchain_signal::number::time;
 
 const END: &str = "***End_of_Header***";
 
@@ -76,7 +77,7 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
         heads.get(chosen + 1).map(|next| text[..*next].find(END).map_or(*next, |_| segment_end(text, body.at, *next)));
     let assumed = grid
         .filter(|_| timed == "No")
-        .map(|(start, step)| format!("instants from X0 and Delta_X: {start:e} s and every {step:e} s"));
+        .map(|(start, step)| format!("instants from X0 and Delta_X: {} and every {}", time(start), time(step)));
     Ok(Preamble {
         instrument: "LabVIEW",
         body: body.at,

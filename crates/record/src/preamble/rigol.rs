@@ -3,6 +3,7 @@
 use granchain_signal::Dimension;
 
 use super::{Line, Preamble, cells, number, parse_unit, statements};
+use granchain_signal::number::time;
 
 /// `X,CH1,CH2,Start,Increment,` above `Sequence,Volt,Volt,-1.2e-03,4e-08`, with or without the counter X; or, on one line,
 /// `CH1V,CH2V,t0 =-1.2e-03, tInc = 4e-08,`. Older ones write a column of time, and nothing that is not read anyway.
@@ -65,7 +66,7 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
         statements: statements(lines, first.number),
         assumptions: match clock {
             Some(_) => Vec::new(),
-            None => vec![format!("instants from the header: {:e} s and every {:e} s", grid.0, grid.1)],
+            None => vec![format!("instants from the header: {} and every {}", time(grid.0), time(grid.1))],
         },
         ..Preamble::default()
     })

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{Line, MeasurementError, Place, Preamble, bare, cells, count, lines, missing, number};
+use granchain_signal::number::time;
 
 /// The file of keys that belongs to a file of values.
 pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Option<Preamble>, MeasurementError> {
@@ -50,8 +51,10 @@ pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Optio
             .and_then(|it| count(&it.to_string())),
         statements: pairs.iter().map(|line| line.text.to_owned()).filter(|line| !line.is_empty()).collect(),
         assumptions: vec![format!(
-            "instants from {}: {start:e} s and every {step:e} s; values taken in V",
-            keys.display()
+            "instants from {}: {} and every {}; values taken in V",
+            keys.display(),
+            time(start),
+            time(step)
         )],
         ..Preamble::default()
     }))

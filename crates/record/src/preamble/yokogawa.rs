@@ -1,6 +1,7 @@
 use granchain_signal::Dimension;
 
 use super::{Line, Preamble, cells, count, number, parse_unit, row_of, statements};
+use granchain_signal::number::time;
 
 /// Quoted keys padded with blanks, a column a trace (`"TraceName"`, `"VUnit"`, `"HResolution"`, `"HOffset"`), then rows of values alone.
 pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
@@ -44,7 +45,7 @@ pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
         points: value("BlockSize").and_then(|it| count(it.first()?)),
         statements: statements(lines, first.number),
         assumptions: match one {
-            true => vec![format!("instants from HOffset and HResolution: {start:e} s and every {step:e} s")],
+            true => vec![format!("instants from HOffset and HResolution: {} and every {}", time(start), time(step))],
             false => Vec::new(),
         },
         ..Preamble::default()

@@ -65,7 +65,7 @@ fn rigol_with_start_and_increment_in_the_header() {
     let grid = format!("{START:e},{STEP:e}");
     let counted =
         format!("X,CH1,Start,Increment,\nSequence,Volt,{grid}\n") + &rows(|i| format!("{i},{:.12},", volts(i)));
-    reads("with X", &counted, &["instants from the header: -1e-5 s and every 5e-7 s", "(Rigol)"]);
+    reads("with X", &counted, &["instants from the header: -10 µs and every 0.5 µs", "(Rigol)"]);
     let plain = format!("CH1,Start,Increment,\nVolt,{grid}\n") + &rows(|i| format!("{:.12},", volts(i)));
     reads("without X", &plain, &["(Rigol)"]);
     let filled =
@@ -115,7 +115,7 @@ fn siglent_with_its_preamble_and_instants_of_two_digits() {
         record
             .assumptions
             .iter()
-            .any(|it| it.contains("is rounded: one sample every 5e-7 s by the preamble's interval")),
+            .any(|it| it.contains("is rounded: one sample every 0.5 µs by the preamble's interval")),
         "{:?}",
         record.assumptions
     );
@@ -246,7 +246,7 @@ fn rohde_und_schwarz_parts_values_from_keys() {
     fs::write(bench.path().join("rto.csv"), keys).unwrap();
     fs::write(bench.path().join("rto.Wfm.csv"), rows(|i| format!("{:.12}", volts(i)))).unwrap();
     let read = |name: &str| read_record(&bench.path().join(name), RecordKind::Vibrometer, &options());
-    is_the_bench("RTO", &read("rto.Wfm.csv").unwrap(), &["rto.csv: -1e-5 s and every 5e-7 s"]);
+    is_the_bench("RTO", &read("rto.Wfm.csv").unwrap(), &["rto.csv: -10 µs and every 0.5 µs"]);
     let message = read("rto.csv").unwrap_err().to_string();
     assert!(message.contains("rto.Wfm.csv: name that file"), "{message}");
     fs::remove_file(bench.path().join("rto.csv")).unwrap();

@@ -73,16 +73,16 @@ fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
     let plain = plain();
     let channel = |name: &str| ReadOptions { column: Some(name.into()), ..scaled() };
     for (name, options, said) in [
-        ("rigol.csv", scaled(), "instants from the header: -1e-5 s and every 5e-7 s"),
+        ("rigol.csv", scaled(), "instants from the header: -10 µs and every 0.5 µs"),
         ("rigol-no-x.csv", scaled(), "instants from the header"),
         ("rigol-inline.csv", scaled(), "instants from the header"),
         ("rigol-old.csv", scaled(), "line 2 is a row of units"),
         ("rigol-old-names.csv", scaled(), "line 2 is a row of units"),
         ("rigol-ultrascope.csv", scaled(), "lines 1 to 3 above the header are passed over"),
-        ("siglent.csv", scaled(), "is rounded: one sample every 5e-7 s by the preamble's interval"),
+        ("siglent.csv", scaled(), "is rounded: one sample every 0.5 µs by the preamble's interval"),
         ("siglent-value.csv", scaled(), "CH1 (V)"),
         ("keysight-blank.csv", scaled(), "3 rows without a value at the ends are left out"),
-        ("tektronix-few-digits.csv", scaled(), "is rounded: one sample every 5e-7 s by the preamble's interval"),
+        ("tektronix-few-digits.csv", scaled(), "is rounded: one sample every 0.5 µs by the preamble's interval"),
         ("tektronix-two.csv", channel("CH2"), "written by Tektronix"),
         ("rohde-schwarz-hmo.csv", scaled(), ""),
         ("hantek.csv", scaled(), "time taken in s, amplitude in mV"),
@@ -90,7 +90,7 @@ fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
         ("labview.lvm", scaled(), "instants from X0 and Delta_X"),
         ("labview-times.lvm", scaled(), "(LabVIEW)"),
         ("yokogawa.csv", scaled(), "instants from HOffset and HResolution"),
-        ("rto.Wfm.csv", scaled(), "rto.csv: -1e-5 s and every 5e-7 s"),
+        ("rto.Wfm.csv", scaled(), "rto.csv: -10 µs and every 0.5 µs"),
         ("picoscope.csv", scaled(), "line 2 is a row of units"),
         ("blanks.txt", scaled(), "cells separated by blanks"),
         ("carriage-returns.csv", scaled(), ""),

@@ -229,12 +229,12 @@ fn bare_volts() {
 fn repeated_and_decreasing_time() {
     assert_eq!(
         refused(&with_row(40, "0.039,1")),
-        "vib.csv:43: column `time_ms`: expected a time later than 3.9e-5 s, found 3.9e-5 s; the time column needs more digits, or \
+        "vib.csv:43: column `time_ms`: expected a time later than 39 µs, found 39 µs; the time column needs more digits, or \
          the row is there twice"
     );
     assert_eq!(
         refused(&with_row(40, "0.002,1")),
-        "vib.csv:43: column `time_ms`: expected a time later than 3.9e-5 s, found 2e-6 s; the instants fall or jump: \
+        "vib.csv:43: column `time_ms`: expected a time later than 39 µs, found 2 µs; the instants fall or jump: \
          keep one sweep only, or correct the sign or the unit of the time column"
     );
 }
