@@ -24,7 +24,7 @@ use crate::{
     },
     measurement::{Baseline, ReadOptions, Record, RecordKind, read_head, read_record},
     report::{
-        number::{engineering, fixed, significant, time},
+        number::{self, engineering, fixed, significant},
         spectrum as page,
     },
     signal::Series,
@@ -122,7 +122,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if let (Some(from), Some(to)) = (from, to)
         && from >= to
     {
-        return Err(usage(format!("--from {} must come before --to {}", time(from), time(to))));
+        return Err(usage(format!("--from {} must come before --to {}", number::time(from), number::time(to))));
     }
     let kind = kind.map(RecordKind::from);
     let options = reading.options_of_any(kind, drive_frequency)?;

@@ -195,6 +195,7 @@ fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
         signal,
         noise_rms: 0.0,
         bandwidth: None,
+        response: None,
         rounding: 0.0,
         quiet: 0,
         clipped: [None; 2],

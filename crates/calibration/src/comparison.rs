@@ -6,7 +6,7 @@ use rand::Rng;
 use thiserror::Error;
 
 use super::{
-    observation::Observation,
+    observation::{Observation, Passband},
     posterior::POWER,
     printed::{self, Meaning, Printed},
 };
@@ -54,6 +54,8 @@ pub struct Comparison {
     pub cutoff: f64,
     /// Stated bandwidth of the instrument, Hz; runs are filtered by it too if it is below the cutoff.
     pub bandwidth: Option<f64>,
+    /// Its filter, if that is stated: runs pass it.
+    pub passband: Option<Passband>,
     /// Clipping levels of the record's input, below and above, m/s or Pa; every run is clipped there after its noise.
     pub clipped: [Option<f64>; 2],
     /// Stretches in which the record has no valid samples, relative to its alignment reference; every run is bridged
@@ -99,6 +101,7 @@ impl From<Observation> for Comparison {
         Self {
             cutoff: observation.cutoff,
             bandwidth: observation.bandwidth,
+            passband: observation.passband.clone(),
             clipped: observation.clipped,
             masked: observation.masked,
             sampling: observation.sampling,
@@ -125,6 +128,7 @@ impl From<Printed> for Comparison {
         Self {
             cutoff: printed.cutoff(),
             bandwidth: None,
+            passband: None,
             clipped: [None; 2],
             masked: vec![],
             sampling: 0.0,

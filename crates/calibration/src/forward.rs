@@ -580,6 +580,9 @@ impl Forward {
         if let Some((fitted, &u)) = parameters.find(|(parameter, _)| parameter.target == Target::Bandwidth) {
             return Some(Passband { bandwidth: fitted.value(u), fall: Fall::Steepness(1.0) });
         }
+        if let Some(known) = &self.comparison.passband {
+            return Some(known.clone());
+        }
         let stated = self.comparison.bandwidth.filter(|stated| *stated < UNFELT * self.comparison.cutoff)?;
         Some(Passband::stated(stated, which()))
     }

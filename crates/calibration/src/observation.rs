@@ -1,11 +1,13 @@
 //! The record conditioned for the fit, with its fingerprint.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use granchain_model::scene::Drive;
 use granchain_record::{Record, RecordKind};
 use granchain_signal::{
-    CausalShape, Gap, LowPass, NoiseSpectrum, Resampler, Series,
+    CausalShape, Gap, InstrumentResponse, LowPass, NoiseSpectrum, Resampler, ResponseTable, Series,
     feature::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
@@ -78,6 +80,8 @@ pub struct Recording {
     pub noise_rms: f64,
     /// Bandwidth of the instrument, Hz, if stated.
     pub bandwidth: Option<f64>,
+    /// Frequency response of the instrument, if stated.
+    pub response: Option<InstrumentResponse>,
     /// Additional density of the noise of a coarse converter while the signal moves, one-sided, unit²/Hz of the
     /// signal.
     pub rounding: f64,
@@ -93,20 +97,21 @@ pub struct Recording {
     pub averages: usize,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Passband {
-    /// Frequency at which the gain has the value stated by `fall`, Hz.
+    /// Frequency at which the gain has the value stated by `fall`, Hz; of a table that at which it is 1.
     pub bandwidth: f64,
     pub fall: Fall,
 }
 
 /// Roll-off of an instrument beyond its bandwidth.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Fall {
     /// Without phase: 1 as a digital filter, 0 as a Gaussian; ½ at the bandwidth; [`LowPass::falling`].
     Steepness(f64),
     /// Causal, its flat delay removed; this gain at the bandwidth.
     Causal(CausalShape, f64),
+    Table(Arc<ResponseTable>),
 }
 
 /// Default choice among [`Passband::stated`].
@@ -136,14 +141,28 @@ impl Passband {
         Self { bandwidth, fall: Fall::Causal(CAUSAL[(number / 2).min(CAUSAL.len() - 1)], gain) }
     }
 
+    /// The filter of a stated response, of a bandwidth where that is stated, under a drive of that frequency (Hz).
+    #[must_use]
+    pub fn of(response: &InstrumentResponse, bandwidth: Option<f64>, drive_frequency: f64) -> Option<Self> {
+        match response {
+            InstrumentResponse::Filter(shape) => {
+                Some(Self { bandwidth: bandwidth?, fall: Fall::Causal(*shape, 0.5f64.sqrt()) })
+            }
+            InstrumentResponse::Table(table) => {
+                Some(Self { bandwidth: drive_frequency, fall: Fall::Table(Arc::clone(table)) })
+            }
+        }
+    }
+
     #[must_use]
     pub fn pass(&self, trace: &Series) -> Series {
-        match self.fall {
+        match &self.fall {
             Fall::Steepness(steepness) => {
-                let low_pass = LowPass::falling(trace.step, trace.len(), self.bandwidth, steepness);
+                let low_pass = LowPass::falling(trace.step, trace.len(), self.bandwidth, *steepness);
                 Series::new(trace.start, trace.step, low_pass.apply(&trace.values))
             }
-            Fall::Causal(shape, gain) => shape.apply(trace, self.bandwidth, gain),
+            Fall::Causal(shape, gain) => shape.apply(trace, self.bandwidth, *gain),
+            Fall::Table(table) => table.apply(trace, self.bandwidth),
         }
     }
 }
@@ -189,6 +208,7 @@ impl Recording {
             signal,
             noise_rms,
             bandwidth: record.bandwidth,
+            response: record.response.clone(),
             rounding: rounding(record),
             quiet,
             clipped: record.clipped,
@@ -270,6 +290,8 @@ pub struct Observation {
     pub cutoff: f64,
     /// Stated bandwidth of the instrument, Hz.
     pub bandwidth: Option<f64>,
+    /// Its filter, if that is stated.
+    pub passband: Option<Passband>,
     /// Clipping levels of the instrument's input, below and above, m/s or Pa.
     pub clipped: [Option<f64>; 2],
     /// Spectral density of the record's noise, one-sided, (m/s)²/Hz or Pa²/Hz.
@@ -408,6 +430,7 @@ impl Observation {
             sampling: signal.step,
             cutoff,
             bandwidth,
+            passband: recording.response.as_ref().and_then(|it| Passband::of(it, bandwidth, drive_frequency)),
             clipped,
             noise_density,
             flicker,
@@ -448,6 +471,7 @@ mod tests {
             signal,
             noise_rms: 1.0,
             bandwidth,
+            response: None,
             rounding: 0.0,
             quiet: 4000,
             clipped: [None; 2],

@@ -203,6 +203,14 @@ pub enum MeasurementError {
     )]
     Infinite { place: Place, found: String },
     #[error(
+        "{}: expected the bandwidth of the instrument beside its response `{filter}`; add --read bandwidth=…, the frequency of −3 dB", path.display()
+    )]
+    ResponseWithoutBandwidth { path: PathBuf, filter: String },
+    #[error(
+        "{}: `response` is that of the vibrometer or hydrophone at the other end; the horn's motion is used at its drive frequency and needs none", path.display()
+    )]
+    ResponseOfHorn { path: PathBuf },
+    #[error(
         "{place}: expected a time later than {}, found {}; {}", time(*previous), time(*found),
         if previous == found { "the time column needs more digits, or the row is there twice" }
         else { "the instants fall or jump: keep one sweep only, or correct the sign or the unit of the time column" }

@@ -1,6 +1,6 @@
 //! Reading options for what a file does not state.
 
-use granchain_signal::Quantity;
+use granchain_signal::{InstrumentResponse, Quantity};
 
 use super::{DecimalSign, Delimiter, Masking, Sensitivity, choice::choice};
 
@@ -72,6 +72,8 @@ pub struct ReadOptions {
     pub invert: bool,
     /// −6 dB bandwidth of the vibrometer, Hz.
     pub bandwidth: Option<f64>,
+    /// Frequency response of vibrometer or hydrophone.
+    pub response: Option<InstrumentResponse>,
     /// Group delay of the vibrometer, s: the record lags the motion by it.
     pub delay: Option<f64>,
     /// Instant of the trigger on the file's own time axis, s; it becomes t = 0.

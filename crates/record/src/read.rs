@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use granchain_signal::{Dimension, Quantity, Series, Unit, integral, mean_and_rms, sha256};
+use granchain_signal::{Dimension, InstrumentResponse, Quantity, Series, Unit, integral, mean_and_rms, sha256};
 
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
@@ -195,6 +195,21 @@ pub fn read_record_bytes(
         (None, Some(header)) => notes.assume(format!("instrument bandwidth {} (the header)", hertz(header))),
         (None, None) => notes.assume("instrument bandwidth: none stated, taken as beyond half the sample rate".into()),
     }
+    if let Some(response) = &options.response {
+        notes.assume(match (kind, response, bandwidth) {
+            (RecordKind::HornTip, ..) => return Err(MeasurementError::ResponseOfHorn { path: path.into() }),
+            (_, InstrumentResponse::Filter(_), None) => {
+                return Err(MeasurementError::ResponseWithoutBandwidth { path: path.into(), filter: response.to_string() });
+            }
+            (_, InstrumentResponse::Filter(_), Some(at)) => {
+                format!("instrument: {response}, −3 dB at {}, applied to every run (response)", hertz(at))
+            }
+            (_, InstrumentResponse::Table(table), _) => format!(
+                "instrument: frequency response of {}, relative to the drive frequency, applied to every run (response)",
+                table.in_words()
+            ),
+        });
+    }
 
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
@@ -355,6 +370,7 @@ pub fn read_record_bytes(
         baseline_error: baseline_error
             .filter(|_| kind != RecordKind::HornTip || recorded == RecordedQuantity::Displacement),
         bandwidth,
+        response: options.response.clone(),
         delay,
         trigger,
         stated_drive_frequency,

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use granchain_signal::{Dimension, Quantity, QuantityError, read_back::read_text};
+use granchain_signal::{Dimension, Quantity, QuantityError, ResponseError, read_back::read_text};
 
 use super::{Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
 
@@ -42,6 +42,9 @@ pub struct Reading {
     /// −6 dB bandwidth of the vibrometer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<String>,
+    /// Frequency response of vibrometer or hydrophone: a filter, or a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub response: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -85,6 +88,8 @@ pub enum ReadingError {
     NotPositive { key: &'static str, found: String },
     #[error("`scale`: {0}")]
     Scale(#[from] SensitivityError),
+    #[error("`response`: {0}")]
+    Response(#[from] ResponseError),
     #[error("`mask`: {0}")]
     Mask(#[from] MaskError),
     #[error("`{key}`: expected one of {expected}, found `{found}`")]
@@ -143,6 +148,7 @@ impl Reading {
             scale: options.scale.map(|scale| format!("{}/V", si(scale.per_volt(), scale.dimension()))),
             range: options.range.map(|range| range.format_si()),
             bandwidth: options.bandwidth.map(hertz),
+            response: options.response.as_ref().map(ToString::to_string),
             delay: options.delay.map(seconds),
             trigger: options.trigger.map(seconds),
             sample_rate: options.sample_rate.map(hertz),
@@ -196,6 +202,7 @@ impl Reading {
             bandwidth: or(options.bandwidth, self.bandwidth.as_ref(), |text| {
                 positive("bandwidth", text, Dimension::FREQUENCY)
             })?,
+            response: or(options.response, self.response.as_ref(), |text| Ok(text.parse()?))?,
             delay: or(options.delay, self.delay.as_ref(), |text| quantity("delay", text, Dimension::TIME))?,
             trigger: or(options.trigger, self.trigger.as_ref(), |text| quantity("trigger", text, Dimension::TIME))?,
             missing: chosen("missing", options.missing, self.missing.as_ref())?,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use granchain_signal::{Dimension, Quantity, Series};
+use granchain_signal::{Dimension, InstrumentResponse, Quantity, Series};
 
 use super::{
     HornDrive, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line,
@@ -69,6 +69,8 @@ pub struct Record {
     pub baseline_error: Option<f64>,
     /// −6 dB bandwidth of the vibrometer, Hz, if stated.
     pub bandwidth: Option<f64>,
+    /// Frequency response of the instrument, if stated.
+    pub response: Option<InstrumentResponse>,
     /// Group delay of the vibrometer that has been removed, s.
     pub delay: f64,
     /// Instant of the trigger on the file's time axis, s.

@@ -121,7 +121,7 @@ struct Laboratory<'a> {
 }
 
 impl Laboratory<'_> {
-    fn sees(&self, trace: &Series, passband: Option<Passband>) -> Series {
+    fn sees(&self, trace: &Series, passband: Option<&Passband>) -> Series {
         let passed = passband.map(|passband| passband.pass(trace));
         let onto = Conditioning { delay: self.offset, ..Conditioning::onto(&self.recording.signal) };
         let mut seen = onto.apply(passed.as_ref().unwrap_or(trace));
@@ -189,14 +189,14 @@ pub fn confirm(
     let laboratory = Laboratory { recording, settings, offset };
     let settled = laboratory.settled(record);
     let recorded_features = measure(&settled, &noisy)?;
-    let simulated = laboratory.sees(made, passband);
+    let simulated = laboratory.sees(made, passband.as_ref());
     let simulated_features = measure(&laboratory.settled(&simulated), &laboratory.settings)?;
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (measurand, STEPS_PER_PERIOD);
     let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |member, trace| {
-        let passband = predicted.map_or(passband, |predicted| predicted.passbands[member]);
+        let passband = predicted.map_or(passband.as_ref(), |predicted| predicted.passbands[member].as_ref());
         Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace, passband)), &laboratory.settings)
     })?;
     let measured = match measurand {

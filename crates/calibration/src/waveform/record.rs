@@ -239,6 +239,7 @@ mod tests {
         let comparison = Comparison {
             cutoff: 0.42,
             bandwidth: None,
+            passband: None,
             clipped: [None; 2],
             masked: vec![Gap { from: 50.0, to: 52.0, support: 1.0 }],
             sampling: 1.0,
