@@ -14,7 +14,7 @@ use granchain::{
     feature::{Measurand, fingerprint::FeatureSet},
     model::{self, chain::ensemble::Variation},
     scene::{self, Scene},
-    signal::{Conditioning, LowPass, Series},
+    signal::{CausalShape, Conditioning, LowPass, Series},
     study::{
         Bodies, EnsemblePlan,
         confirmation::{Predicted, confirm},
@@ -327,4 +327,29 @@ fn an_unknown_vibrometer_filter_is_in_the_prediction() {
     let at = [fitted.parameters[0].coordinate(2.5e5)];
     let passband = fitted.passband(&at, || 0.3).unwrap();
     assert!((passband.bandwidth / 2.5e5 - 1.0).abs() < 1e-12 && passband.fall == Fall::Steepness(1.0), "{passband:?}");
+}
+
+#[test]
+fn a_stated_response_of_the_instrument_is_that_of_every_run_and_a_wrong_one_is_rejected() {
+    let bench = Bench::new();
+    let scene = bench_scene(&["model.kind=chain", "damping.coefficient=0.4", "chain.gaps=[1e-10, 4e-10, 2e-10]"]);
+    let made = model::run(&scene, &mut |_| true).unwrap().pole_velocity;
+    let mut filtered = CausalShape::Butterworth(3).apply(&made, 3e5, 0.5_f64.sqrt());
+    filtered.start = made.start;
+    bench.write("lab/vib.csv", table("velocity_mm_per_s", &filtered, 1e3, 2.0));
+    let row = |k: u32| format!("{}kHz:{}", 20 * k, (1.0 + (f64::from(k) / 15.0).powi(6)).sqrt().recip());
+    let rows = format!("response={}", (0..120).map(row).collect::<Vec<_>>().join(","));
+    for (number, response) in ["response=butterworth-3", &rows].iter().enumerate() {
+        let out = format!("out{number}");
+        let outcome = fitted(&bench, &["--read", "bandwidth=300kHz", "--read", response, "--evaluations", "600"], &out);
+        assert_eq!(outcome["verdict"], "within scatter", "{}", outcome["statements"]);
+        let missed = ["alpha", "damping"].map(|name| missed(&outcome, name, if name == "alpha" { ALPHA } else { 0.4 }));
+        assert!(missed.iter().all(|missed| *missed < 1.8), "{missed:?}");
+    }
+    let wrong = ["--read", "bandwidth=300kHz", "--read", "response=bessel", "--evaluations", "600"];
+    assert_eq!(fitted(&bench, &wrong, "wrong")["verdict"], "outside scatter");
+    let unstated = bench.calibrate(&["--read", "response=bessel"]);
+    assert!(code(&unstated) == 1 && stderr(&unstated).contains("--read bandwidth="), "{}", stderr(&unstated));
+    let unread = bench.calibrate(&["--read", "response=1MHz"]);
+    assert!(stderr(&unread).contains("found `1MHz`"), "{}", stderr(&unread));
 }
