@@ -13,7 +13,7 @@ const SHIFT: f64 = 4e-6;
 const CLOCK: f64 = 1e-4;
 
 /// Standard deviation of the corner of an instrument's AC coupling, Hz.
-const COUPLING: f64 = 300.0;
+const COUPLING: f64 = 700.0;
 
 /// Standard deviation of a slow drift over the record's peak, and twice the highest frequency of a drift over the
 /// drive's.
