@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Take amplitude scale, damping and scene from an earlier calibration
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
-    /// Also make N perturbed runs at each of three drive levels: mean, standard deviation and sensitivity
+    /// Also make N replicates (other gaps and drive) at each of three drive levels: mean, standard deviation and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
     #[command(flatten)]

@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Values of a scene key: KEY=START:STOP:STEP (ends included) or KEY=A,B,C; several make a full grid
     #[arg(long, value_name = "KEY=VALUES", required = true, value_parser = axis, help_heading = "Study")]
     pub vary: Vec<Axis>,
-    /// At each point also make N perturbed runs at each of three drive levels: mean, standard deviation and sensitivity
+    /// At each point also make N replicates (other gaps and drive) at each of three drive levels: mean, standard deviation and sensitivity
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
     pub ensemble: Option<u32>,
     #[command(flatten)]

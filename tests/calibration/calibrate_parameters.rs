@@ -353,3 +353,23 @@ fn a_stated_response_of_the_instrument_is_that_of_every_run_and_a_wrong_one_is_r
     let unread = bench.calibrate(&["--read", "response=1MHz"]);
     assert!(stderr(&unread).contains("found `1MHz`"), "{}", stderr(&unread));
 }
+
+#[test]
+fn crosstalk_of_the_drive_is_measured_and_named_and_moves_no_answer() {
+    let bench = Bench::new();
+    bench.add_horn_tip();
+    let scene = bench_scene(&["model.kind=chain", "damping.coefficient=0.4", "chain.gaps=[1e-10, 4e-10, 2e-10]"]);
+    let made = model::run(&scene, &mut |_| true).unwrap().pole_velocity;
+    let motion = scene.drive.motion(0.01 * made.peak() / scene.drive.amplitude);
+    for (leaks, out) in [(0.0, "clean"), (1.0, "leaking")] {
+        let values = made.values.iter().enumerate().map(|(index, value)| value + leaks * motion.at(made.time(index)).0);
+        let seen = Series::new(made.start, made.step, values.collect());
+        bench.write("lab/vib.csv", table("velocity_mm_per_s", &seen, 1e3, 2.0));
+        let outcome = fitted(&bench, &["--evaluations", "600"], out);
+        let statements = outcome["statements"].to_string();
+        assert_eq!(statements.contains("Of the drive 1.0 ± 0.0 % of the peak leaks"), leaks > 0.0, "{statements}");
+        assert_eq!(statements.contains("leaks"), leaks > 0.0, "{statements}");
+        let missed = ["alpha", "damping"].map(|name| missed(&outcome, name, if name == "alpha" { ALPHA } else { 0.4 }));
+        assert!(missed.iter().all(|missed| *missed < 1.8), "{missed:?}");
+    }
+}

@@ -82,3 +82,56 @@ fn the_readme_stays_short() {
     let lines = fs::read_to_string(Path::new(PROJECT).join("README.md")).unwrap().lines().count();
     assert!(lines <= 135, "{lines} lines: docs/ holds what is more than a first look");
 }
+
+/// Words that only this project ever used: ARCHITECTURE.md has those of the field.
+const DIALECT: [&str; 17] = [
+    "rung",
+    "rungs",
+    "climb",
+    "climbs",
+    "cloud",
+    "clouds",
+    "heard",
+    "told",
+    "untold",
+    "landmark",
+    "landmarks",
+    "ledger",
+    "anew",
+    "twin",
+    "twins",
+    "perturbed",
+    "marches",
+];
+
+/// What is left of a page without code, file names and addresses.
+fn prose(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.starts_with("    ")).collect::<Vec<_>>().join("\n");
+    let fenced = lines.split("```").step_by(2).collect::<Vec<_>>().join("\n");
+    let inline = fenced.split('`').step_by(2).collect::<Vec<_>>().join(" ");
+    let addresses = inline.split("](").map(|part| part.split_once(')').map_or(part, |(_, rest)| rest));
+    addresses.collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn pages_and_help_speak_the_words_of_the_field() {
+    let help = |arguments: &[&str]| {
+        let (_, text, _) = granchain(Path::new(PROJECT), &[arguments, &["--help"]].concat());
+        (format!("{arguments:?} --help"), text)
+    };
+    let commands = help(&[]).1;
+    let names = commands.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names = names.filter(|line| !line.starts_with("    ")).filter_map(|line| line.split_whitespace().next());
+    let page = |page: String| {
+        let text = fs::read_to_string(Path::new(PROJECT).join(&page)).unwrap();
+        (page, prose(&text))
+    };
+    let pages =
+        pages().into_iter().filter(|page| !page.starts_with("docs/decisions")).chain(["ARCHITECTURE.md".into()]);
+    let mut wrong = Vec::new();
+    for (place, text) in pages.map(page).chain(names.map(|name| help(&[name]))) {
+        let words = text.split(|letter: char| !letter.is_alphabetic() && letter != '-').map(str::to_lowercase);
+        wrong.extend(words.filter(|word| DIALECT.contains(&word.as_str())).map(|word| format!("{place}: {word}")));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -343,6 +343,7 @@ impl Fitted {
             statements.push("No waveform of these records could be compared: amplitudes decide.".into());
         }
         statements.extend(statement::together(fit, &problem.labels()));
+        statements.extend(statement::crosstalk(fit, &problem.labels()));
         if lead.uncertainty.repeats > 1 {
             let comparisons: Vec<_> = problem.shots.iter().map(|shot| &shot.comparison).collect();
             statements.extend(statement::repeated(fit, &comparisons, &problem.labels()));

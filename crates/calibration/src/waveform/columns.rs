@@ -21,7 +21,7 @@ const DRIFT: f64 = 0.03;
 const SLOW: f64 = 0.1;
 
 /// Standard deviation of crosstalk of the drive, over the record's peak, in phase and in quadrature.
-const CROSSTALK: f64 = 0.01;
+pub(super) const CROSSTALK: f64 = 0.01;
 
 /// Standard deviations of all of them.
 #[derive(Debug, Clone)]
@@ -46,6 +46,12 @@ impl Nuisances {
         Mat::from_fn(rows.len(), 1, |i, _| self.shift * slope[rows[i]])
     }
 
+    /// The columns of the crosstalk, in phase and in quadrature.
+    pub fn crosstalk(&self, record: &RecordTrace, rows: &[usize]) -> Mat<f64> {
+        let value = |t: usize, j: usize| CROSSTALK * record.peak * self.horn[j].get(t).copied().unwrap_or(0.0);
+        Mat::from_fn(rows.len(), 2, |i, j| value(rows[i], j))
+    }
+
     pub fn columns(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
         let (step, peak) = (record.step, record.peak);
         let slope = slope(mean, step);
@@ -63,9 +69,8 @@ impl Nuisances {
         if self.sensitivity > 0.0 {
             columns.push(rows.iter().map(|t| self.sensitivity * mean[*t]).collect());
         }
-        for horn in &self.horn {
-            columns.push(rows.iter().map(|t| CROSSTALK * peak * horn.get(*t).copied().unwrap_or(0.0)).collect());
-        }
+        let crosstalk = self.crosstalk(record, rows);
+        columns.extend((0..2).map(|j| (0..rows.len()).map(|i| crosstalk[(i, j)]).collect()));
         // Cosines over the window and half of it before and behind, so that neither end is special.
         let slow = (2.0 * length * step * SLOW * self.frequency) as usize;
         for number in 0..=slow {

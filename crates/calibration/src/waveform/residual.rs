@@ -3,6 +3,7 @@
 use faer::Mat;
 
 use super::{
+    columns::CROSSTALK,
     ensemble::{Ensemble, Known, Solution, beside},
     regression::Regression,
 };
@@ -16,6 +17,8 @@ pub struct Residual {
     pub left: Vec<f64>,
     /// Standard deviation of that by noise and from run to run, m/s.
     pub deviations: Vec<f64>,
+    /// Crosstalk of the drive over the record's peak, and its standard deviation.
+    pub crosstalk: [f64; 2],
 }
 
 impl Ensemble {
@@ -38,7 +41,13 @@ impl Ensemble {
                 let further = known.correction.get(number).map_or(0.0, |(_, columns)| columns.row(t).squared_norm_l2());
                 record.band * record.sigma.powi(2) + runs + further
             };
+            // Its amounts in phase and in quadrature, each 1 beforehand, and what is left of that uncertainty.
+            let columns = nuisances.crosstalk(record, &rows);
+            let amounts = within.covariance.inner(columns.as_ref(), rest.as_ref());
+            let known = within.covariance.inner(columns.as_ref(), columns.as_ref());
+            let left_open = (1.0 - known[(0, 0)].min(known[(1, 1)])).max(0.0).sqrt();
             Some(Residual {
+                crosstalk: [amounts[(0, 0)].hypot(amounts[(1, 0)]), left_open].map(|amount| CROSSTALK * amount),
                 times: rows.iter().map(|t| record.time(*t as f64 + placed.shift)).collect(),
                 left: (0..rows.len()).map(|i| left[(i, 0)]).collect(),
                 deviations: rows.iter().map(|t| square(*t).sqrt()).collect(),
