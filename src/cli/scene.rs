@@ -90,6 +90,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Action::Explain(explain) => {
             explain::execute(session, &explain, &load(session, &explain.scene, &explain.set)?)?;
         }
+        Action::Init { file, bench: Some(BenchChoice::Impact), .. } => init(session, &file, "impact")?,
         Action::Init { file, bench: None, from } => init(session, &file, &from)?,
         Action::Init { file, bench: Some(bench), .. } => init_bench(session, &file, bench)?,
     }

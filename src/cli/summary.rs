@@ -203,6 +203,8 @@ pub fn in_words(scene: &Scene) -> String {
         Support::Flat(FlatContact::HalfSpace) => "half-space of the bead's material",
         Support::Annulus { .. } => "annulus",
         Support::Spring { .. } => "spring",
+        Support::Foundation { plate: None, .. } => "elastic half-space",
+        Support::Foundation { .. } => "plate on a half-space",
         Support::Disc { .. } if scene.water.is_some() => "disc on water",
         Support::Disc { .. } => "disc in vacuum",
         Support::Body { .. } => "meshed body",
@@ -365,6 +367,9 @@ pub fn drive(scene: &Scene) -> String {
             format!("tone burst of {} cycles and {peak}, ring-up {}", short(*cycles), engineering(*ring_up, "s", 3))
         }
         DriveKind::GaussianBurst { cycles } => format!("Gaussian burst of {} cycles and {peak}", short(*cycles)),
+        DriveKind::Striker { bead, velocity } => {
+            format!("striker of radius {} at {}", engineering(bead.radius, "m", 3), engineering(*velocity, "m/s", 3))
+        }
         DriveKind::Record { displacement, file, .. } => {
             let name = file.as_ref().map_or("in memory".into(), |file| file.display().to_string());
             format!("record {name} of {}", engineering(displacement.peak(), "m", 3))

@@ -84,6 +84,9 @@ impl Variation {
             *own *= self.support_stiffness_factor;
         }
         scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= self.modulus_factor);
+        if let DriveKind::Striker { bead, .. } = &mut scene.drive.kind {
+            bead.material.youngs_modulus *= self.modulus_factor;
+        }
         self.effects.write_into(&mut scene);
         if let DriveKind::Record { displacement, shakes, .. } = &mut scene.drive.kind {
             for (part, shake) in self.shaken.iter().zip(shakes) {
@@ -107,6 +110,7 @@ impl Variation {
             scene.damping.coefficients[term] /= faster;
         }
         scene.chain.precompression /= factor;
+        scene.chain.gravity /= factor;
         if let Some(own) = scene.support.stiffness_mut() {
             *own /= factor;
         }
@@ -122,8 +126,10 @@ impl Variation {
             }
             kind => {
                 scene.drive.frequency /= faster;
-                if let DriveKind::ToneBurst { ring_up, .. } = kind {
-                    *ring_up *= faster;
+                match kind {
+                    DriveKind::ToneBurst { ring_up, .. } => *ring_up *= faster,
+                    DriveKind::Striker { velocity, .. } => *velocity /= faster,
+                    _ => {}
                 }
             }
         }

@@ -11,6 +11,7 @@ mod annulus;
 mod dashpot;
 mod finite_body;
 mod finite_hertz;
+pub mod foundation;
 mod hertz;
 mod yielding;
 
@@ -22,6 +23,8 @@ pub use dashpot::{Dashpot, dashpots};
 pub use finite_body::FiniteBody;
 pub use finite_hertz::FiniteHertz;
 pub(crate) use hertz::touching;
+pub(crate) use foundation::foundation;
+pub use foundation::{HertzOnSpring, plate_on_half_space};
 pub use hertz::{Hertz, bead_flat_stiffness, bead_pair_stiffness, hertz_force, hertz_stiffness};
 pub(crate) use hertz::{effective_modulus, hertz_energy};
 pub use yielding::{Yielding, yield_force};
@@ -81,6 +84,8 @@ pub enum Law {
     /// The resin annulus under the last bead.
     Annulus(Annulus),
     Spring(Spring),
+    /// The last bead on a plate on a half-space.
+    HertzOnSpring(HertzOnSpring),
 }
 
 impl ElasticLaw for Law {
@@ -92,6 +97,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.force(overlap),
             Self::Annulus(law) => law.force(overlap),
             Self::Spring(law) => law.force(overlap),
+            Self::HertzOnSpring(law) => law.force(overlap),
         }
     }
 
@@ -101,6 +107,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.tangent_stiffness(overlap),
             Self::Annulus(law) => law.tangent_stiffness(overlap),
             Self::Spring(law) => law.tangent_stiffness(overlap),
+            Self::HertzOnSpring(law) => law.tangent_stiffness(overlap),
         }
     }
 
@@ -110,6 +117,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.energy(overlap),
             Self::Annulus(law) => law.energy(overlap),
             Self::Spring(law) => law.energy(overlap),
+            Self::HertzOnSpring(law) => law.energy(overlap),
         }
     }
 
@@ -119,6 +127,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.overlap(force),
             Self::Annulus(law) => law.overlap(force),
             Self::Spring(law) => law.overlap(force),
+            Self::HertzOnSpring(law) => law.overlap(force),
         }
     }
 }
@@ -151,6 +160,7 @@ mod tests {
             Law::Annulus(Annulus::new(0.7)),
             Law::Annulus(Annulus::fitted(1.3e-6, 0.2e-6).times(1.2)),
             Law::Spring(Spring { stiffness: 1e6 }),
+            Law::HertzOnSpring(HertzOnSpring { stiffness: 2.3e9, spring: 1e6 }),
         ];
         for law in laws {
             for overlap in [1e-8, 1e-6, 5e-6, 3e-5] {

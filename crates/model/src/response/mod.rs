@@ -18,12 +18,13 @@ pub use work::{Preparation, SolverWork};
 
 use serde::{Deserialize, Serialize};
 
+use crate::scene::Scene;
 use granchain_signal::Series;
 
 /// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// Piston displacement, m.
+    /// Displacement of the piston, or of the striker in its place, m.
     pub piston_displacement: Series,
     /// Displacement of each bead, m.
     pub bead_displacement: Vec<Series>,
@@ -35,6 +36,9 @@ pub struct Response {
     pub observed: ObservedPoint,
     /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
     pub contact_force: Vec<Series>,
+    /// Mean force of the two contacts of the scene's sensor bead, N: what a sensor embedded in it reads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor_force: Option<Series>,
     /// Radius of each of the N + 1 contacts, m, ≥ 0, 0 where open: half the width of the pressed zone along the surface. Only where the
     /// model resolves it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -73,6 +77,22 @@ impl ObservedPoint {
 }
 
 impl Response {
+    /// As its scene counts: a striker, the first bead of the chain that ran, in the piston's place, and what the sensor bead reads.
+    pub(crate) fn of(mut self, scene: &Scene) -> Self {
+        if scene.drive.kind.striker().is_some() {
+            self.piston_displacement = self.bead_displacement.remove(0);
+            self.bead_velocity.remove(0);
+            self.contact_force.remove(0);
+            self.contact_radius.as_mut().map(|radii| radii.remove(0));
+        }
+        self.sensor_force = scene.chain.sensor.map(|bead| {
+            let [before, after] = [&self.contact_force[bead - 1], &self.contact_force[bead]];
+            let mean = before.values.iter().zip(&after.values).map(|(a, b)| 0.5 * (a + b)).collect();
+            Series::new(before.start, before.step, mean)
+        });
+        self
+    }
+
     /// Velocity of the point of the last bead that a laser looks at, m/s: what a vibrometer's record is held against.
     pub fn observed_velocity(&self) -> &Series {
         match self.observed {

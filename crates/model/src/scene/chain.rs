@@ -33,6 +33,10 @@ pub struct Chain {
     pub gaps: Vec<f64>,
     /// Static force F₀ along the chain before the drive starts, N, ≥ 0; needs all gaps closed.
     pub precompression: f64,
+    /// Acceleration of gravity along the axis, from piston or striker to the support, m/s²; 0 for none.
+    pub gravity: f64,
+    /// Number of the bead, from 1, whose two contact forces an embedded sensor reads; none without one.
+    pub sensor: Option<usize>,
 }
 
 impl Chain {
