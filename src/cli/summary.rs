@@ -215,9 +215,13 @@ pub fn in_words(scene: &Scene) -> String {
         beads.len(),
         beads[0].material.name,
         engineering(beads[0].radius, "m", 4),
-        engineering(scene.drive.frequency, "Hz", 4),
+        if struck(scene) { "struck".to_owned() } else { engineering(scene.drive.frequency, "Hz", 4) },
         scene.damping.kind.name()
     )
+}
+
+fn struck(scene: &Scene) -> bool {
+    scene.drive.kind.striker().is_some()
 }
 
 /// A run's short report.
@@ -241,24 +245,30 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     row(
         "drive",
         format!(
-            "{} at {}, alpha {}, {} simulated",
+            "{}{}, alpha {}, {} simulated",
             drive(scene),
-            engineering(scene.drive.frequency, "Hz", 4),
+            if struck(scene) { String::new() } else { format!(" at {}", engineering(scene.drive.frequency, "Hz", 4)) },
             short(scene.amplitude_scale),
             engineering(scene.duration, "s", 4)
         ),
     );
     row("damping", damping(scene));
-    row("peaks", peaks(scene, summary));
-    row("lines", lines(summary));
+    if !struck(scene) {
+        row("peaks", peaks(scene, summary));
+        row("lines", lines(summary));
+    }
     if let Some(features) = &summary.features {
         row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
     }
     row(
         "energy",
         format!(
-            "{} put in by the piston, {} dissipated, residual {} of the largest",
-            engineering(summary.energy.piston_work_j, "J", 3),
+            "{}, {} dissipated, residual {} of the largest",
+            if struck(scene) {
+                format!("{} at the start", engineering(summary.energy.initial_j, "J", 3))
+            } else {
+                format!("{} put in by the piston", engineering(summary.energy.piston_work_j, "J", 3))
+            },
             engineering(summary.energy.dissipated_j, "J", 3),
             significant(summary.energy.residual_j / summary.energy.largest_j, 2)
         ),

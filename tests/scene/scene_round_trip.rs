@@ -6,8 +6,8 @@ use granchain::scene::{
     Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_SLIP_VELOCITY,
     DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements,
     FeaSettings, FieldPoint, FlatContact, Holder, Horn, Integrator, Limits, Material, MaterialLoss, Medium, MeshFile,
-    ModelKind, ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Support, Water, WaterMesh, WaterMethod,
-    WaterSettings, load_text,
+    ModelKind, ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Support, Water, WaterMesh,
+    WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 

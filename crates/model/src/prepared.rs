@@ -117,7 +117,7 @@ impl Prepared {
             PreparedModel::Reduced { reduction, .. } => {
                 reduction.run_with(&scene.with_striker(), motion, progress)?.of(scene)
             }
-            PreparedModel::Fea => fea::run(scene, motion, progress)?.of(scene),
+            PreparedModel::Fea => fea::run(scene, motion, progress)?,
         };
         super::check_energy(&response.energy)?;
         Ok(response)

@@ -109,7 +109,12 @@ impl Scene {
             not_negative("alpha", "a factor ≥ 0 on the velocity of a striker", self.amplitude_scale)?;
             let expected = "0 N where a striker drives: nothing presses on the first bead";
             need(chain.precompression == 0.0, "chain.precompression", expected, chain.precompression)?;
-            need(self.horn.is_none(), "horn.mass", "no horn where a striker drives", self.horn.map_or(0.0, |horn| horn.mass))?;
+            need(
+                self.horn.is_none(),
+                "horn.mass",
+                "no horn where a striker drives",
+                self.horn.map_or(0.0, |horn| horn.mass),
+            )?;
         }
         let sensor = chain.sensor.unwrap_or(1);
         need((1..=chain.beads.len()).contains(&sensor), "chain.sensor", "the number of a bead", sensor as f64)?;
@@ -117,29 +122,38 @@ impl Scene {
         if chain.gravity == 0.0 {
             return Ok(());
         }
-        need(!self.support.is_free(), "chain.gravity", "0 m/s² before a free end, which carries no weight", chain.gravity)?;
+        need(
+            !self.support.is_free(),
+            "chain.gravity",
+            "0 m/s² before a free end, which carries no weight",
+            chain.gravity,
+        )?;
         let open = chain.first_open_gap().map_or(0.0, |(_, gap)| gap);
         need(open == 0.0, "chain.gaps", "0 m under gravity, which closes every contact", open)
     }
 
-    /// Refuse a striker, gravity and a foundation where a model has them not.
-    pub(crate) fn refuse_beyond_model(&self) -> Result<(), ModelError> {
+    /// The first of striker, gravity and foundation that its model does not have, behind the model's name.
+    pub(crate) fn beyond_model(&self) -> Option<(&'static str, &'static str)> {
         let (model, knows_striker) = match self.model.kind {
             ModelKind::Chain if self.support.disc().is_some() => ("chain before a disc", false),
-            ModelKind::Chain if self.contact_law == ContactLaw::FiniteBody => ("chain with `contact.law` = \"finite-body\"", false),
-            ModelKind::Chain => return Ok(()),
+            ModelKind::Chain if self.contact_law == ContactLaw::FiniteBody => ("chain with fitted contact laws", false),
+            ModelKind::Chain => return None,
             ModelKind::Reduced => ("reduced", true),
             ModelKind::Fea => ("fea", false),
         };
-        let missing = [
+        [
             (self.drive.kind.striker().is_some() && !knows_striker, "a striker (`drive.kind`)"),
             (self.chain.gravity > 0.0, "gravity (`chain.gravity`)"),
             (matches!(self.support, Support::Foundation { .. }), "a foundation (`support.kind`)"),
-        ];
-        let Some((_, what)) = missing.into_iter().find(|(is_asked, _)| *is_asked) else { return Ok(()) };
-        let reason = format!(
-            "it does not have {what}; set `model.kind` = \"chain\" with `contact.law` = \"hertz\" before another support than a disc"
-        );
+        ]
+        .into_iter()
+        .find_map(|(is_asked, what)| is_asked.then_some((model, what)))
+    }
+
+    pub(crate) fn refuse_beyond_model(&self) -> Result<(), ModelError> {
+        let Some((model, what)) = self.beyond_model() else { return Ok(()) };
+        let reason =
+            format!("it does not have {what}; use `model.kind` = \"chain\", `contact.law` = \"hertz\" and no disc");
         Err(ModelError::Unsupported { model, reason })
     }
 

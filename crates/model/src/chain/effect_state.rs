@@ -484,6 +484,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         SolverWork {
             horn_evaluations: count(effects.horn.is_some(), 1),
             holder_evaluations: count(effects.holder.is_some_and(|holder| holder.acts()), self.system.beads),
+            gravity_evaluations: count(effects.gravity.is_some(), self.system.beads),
             relaxation_evaluations: count(effects.relaxation.is_some(), 1),
             ..acting.work
         }

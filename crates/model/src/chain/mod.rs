@@ -222,7 +222,7 @@ fn fixed(
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
     use symplectic::integrate as run;
     if system.effects.is_some() {
-        let reason = "the fixed step knows neither a horn that gives way nor holder, yield and relaxation; set `model.integrator` = \"dormand-prince-853\"";
+        let reason = "the fixed step knows neither a horn that gives way nor holder, yield, relaxation and gravity; set `model.integrator` = \"dormand-prince-853\"";
         return Err(ModelError::Unsupported { model: "chain", reason: reason.into() });
     }
     specialised!(system, run(motion, initial, step, grid, progress))

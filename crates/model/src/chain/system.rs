@@ -62,14 +62,19 @@ impl System {
         for contact in (resting..=beads).filter(|_| chain.gravity > 0.0) {
             static_force[contact] = static_force[contact - 1] + chain.gravity * mass[contact];
         }
-        let mut offset: Vec<f64> =
-            laws.iter().zip(&static_force).zip(scene.gaps()).map(|((law, force), gap)| law.overlap(*force) - gap).collect();
+        let mut offset: Vec<f64> = laws
+            .iter()
+            .zip(&static_force)
+            .zip(scene.gaps())
+            .map(|((law, force), gap)| law.overlap(*force) - gap)
+            .collect();
         if let Some(coupling) = &coupling {
             let moved = |contact: usize| coupling.under(contact, chain.precompression);
             offset.iter_mut().enumerate().for_each(|(contact, offset)| *offset += moved(contact));
         }
         let mut dashpots = dashpots(&scene.damping, beads + 1);
-        if let (Some((_, own)), Some(last)) = (foundation(&chain.beads[beads - 1], &scene.support), dashpots.last_mut()) {
+        if let (Some((_, own)), Some(last)) = (foundation(&chain.beads[beads - 1], &scene.support), dashpots.last_mut())
+        {
             for term in DampingTerm::ALL {
                 last.coefficients[term] += own.coefficients[term];
             }
@@ -113,7 +118,9 @@ impl System {
                 let moving = match law {
                     Law::Hertz(hertz) => (lightest / hertz.stiffness).powi(2) / velocity,
                     Law::FiniteHertz(law) => (lightest / law.stiffness).powi(2) / velocity,
-                    Law::Annulus(_) | Law::Spring(_) | Law::HertzOnSpring(_) => (lightest / law.tangent_stiffness(1e-6)).powf(2.5),
+                    Law::Annulus(_) | Law::Spring(_) | Law::HertzOnSpring(_) => {
+                        (lightest / law.tangent_stiffness(1e-6)).powf(2.5)
+                    }
                 };
                 static_time.min(moving.powf(0.2))
             })

@@ -85,7 +85,12 @@ impl Response {
             self.contact_force.remove(0);
             self.contact_radius.as_mut().map(|radii| radii.remove(0));
         }
-        self.sensor_force = scene.chain.sensor.map(|bead| {
+        self.with_sensor(scene.chain.sensor)
+    }
+
+    /// With the mean force of both contacts of the bead of that number, where there is one.
+    pub(crate) fn with_sensor(mut self, bead: Option<usize>) -> Self {
+        self.sensor_force = bead.map(|bead| {
             let [before, after] = [&self.contact_force[bead - 1], &self.contact_force[bead]];
             let mean = before.values.iter().zip(&after.values).map(|(a, b)| 0.5 * (a + b)).collect();
             Series::new(before.start, before.step, mean)

@@ -4,7 +4,8 @@ use super::key::When::{self, Is};
 
 /// Words of choices that are more than one value of a scene.
 pub(super) const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine", "striker"];
-pub(super) const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "foundation", "body", "disc", "free"];
+pub(super) const SUPPORTS: &[&str] =
+    &["rigid", "half-space", "annulus", "spring", "foundation", "body", "disc", "free"];
 pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const METHODS: &[&str] = &["rayleigh", "elements"];
 pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];

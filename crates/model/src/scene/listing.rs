@@ -121,8 +121,8 @@ mod tests {
                         "chain.sensor",
                         "support.plate_",
                     ]
-                        .iter()
-                        .any(|optional| key.name.starts_with(optional));
+                    .iter()
+                    .any(|optional| key.name.starts_with(optional));
                 let is_listed = listed(key.name).is_some();
                 assert!(is_listed == holds || left_out && !is_listed, "{} with {overrides:?}", key.name);
             }

@@ -4,10 +4,10 @@
 use super::{
     AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Holder, Integrator, Key, MOST_BEADS, Support, ModelKind, Rim, Scheme, ValueKind,
+    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
     condition::{
-        BODY_MESH, DISC, DRIVES, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY, OWN_NORMAL, RING,
-        STEPPED, STRIKER, SUPPORTS, WATER_MESH,
+        BODY_MESH, DISC, DRIVES, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY,
+        OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
     },
     key::{
         Bound,
@@ -64,11 +64,19 @@ pub const KEYS: &[Key] = &[
     )
     .number(|scene| Some(scene.chain.precompression))
     .or(0.0),
-    optional("chain.gravity", Dimension::ACCELERATION, "gravity along the axis towards the support: the chain starts in equilibrium")
-        .number(|scene| given(scene.chain.gravity)),
-    count("chain.sensor", (1, MOST_BEADS as u32), "number of the bead whose two contact forces a sensor in it reads, as their mean")
-        .value(|scene| scene.chain.sensor.map(beads))
-        .usually("none"),
+    optional(
+        "chain.gravity",
+        Dimension::ACCELERATION,
+        "gravity along the axis towards the support: the chain starts in equilibrium",
+    )
+    .number(|scene| given(scene.chain.gravity)),
+    count(
+        "chain.sensor",
+        (1, MOST_BEADS as u32),
+        "number of the bead whose two contact forces a sensor in it reads, as their mean",
+    )
+    .value(|scene| scene.chain.sensor.map(beads))
+    .usually("none"),
     key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file")
         .value(|scene| path(shared_mesh(scene)?))
         .usually("a mesh of the program's own")
@@ -137,9 +145,13 @@ pub const KEYS: &[Key] = &[
     )
     .number(|scene| scene.holder.filter(Holder::has_friction).map(|holder| holder.slip_velocity))
     .usually("0 on the chain, else 1 mm/s"),
-    key("drive.kind", ValueKind::Choice(DRIVES), "waveform of the piston's displacement, or a bead that strikes the chain")
-        .value(|scene| text(scene.drive.kind.name()))
-        .needed("drive.kind = \"tone-burst\""),
+    key(
+        "drive.kind",
+        ValueKind::Choice(DRIVES),
+        "waveform of the piston's displacement, or a bead that strikes the chain",
+    )
+    .value(|scene| text(scene.drive.kind.name()))
+    .needed("drive.kind = \"tone-burst\""),
     key("drive.file", ValueKind::Path, "horn-tip record, relative to the scene file")
         .value(|scene| match &scene.drive.kind {
             DriveKind::Record { file: Some(file), .. } | DriveKind::UnreadRecord { file } => {
@@ -171,14 +183,24 @@ pub const KEYS: &[Key] = &[
     .number(|scene| if let DriveKind::ToneBurst { ring_up, .. } = scene.drive.kind { Some(ring_up) } else { None })
     .needed("drive.ring_up = \"100 us\"")
     .when(&[Is("drive.kind", &["tone-burst"])]),
-    number("drive.velocity", Dimension::VELOCITY, Bound::Positive, "velocity of the striker at α = 1 as it touches the first bead")
-        .number(|scene| Some(scene.drive.kind.striker()?.1))
-        .needed("drive.velocity = \"0.5 m/s\"")
-        .usually("that of the drop height; one of both must be given")
-        .when(STRIKER),
-    number("drive.height", Dimension::LENGTH, Bound::Positive, "height h from which it falls instead: √(2 g h), g = 9.81 m/s²")
-        .usually("none: its velocity is given")
-        .when(STRIKER),
+    number(
+        "drive.velocity",
+        Dimension::VELOCITY,
+        Bound::Positive,
+        "velocity of the striker at α = 1 as it touches the first bead",
+    )
+    .number(|scene| Some(scene.drive.kind.striker()?.1))
+    .needed("drive.velocity = \"0.5 m/s\"")
+    .usually("that of the drop height; one of both must be given")
+    .when(STRIKER),
+    number(
+        "drive.height",
+        Dimension::LENGTH,
+        Bound::Positive,
+        "height h from which it falls instead: √(2 g h), g = 9.81 m/s²",
+    )
+    .usually("none: its velocity is given")
+    .when(STRIKER),
     number("drive.radius", Dimension::LENGTH, Bound::Radius, "radius of the striker")
         .number(|scene| Some(scene.drive.kind.striker()?.0.radius))
         .usually("the chain's")
@@ -216,7 +238,9 @@ pub const KEYS: &[Key] = &[
         .or(1.0)
         .when(RING),
     key("support.material", ValueKind::Text, "material of the annulus or body")
-        .value(|scene| text(&scene.support.material().filter(|_| disc(scene).is_none() && scene.support.plate().is_none())?.name))
+        .value(|scene| {
+            text(&scene.support.material().filter(|_| disc(scene).is_none() && scene.support.plate().is_none())?.name)
+        })
         .usually("resin")
         .when(&[Is("support.kind", &["annulus", "body"])]),
     word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or to the moved bead")
@@ -236,13 +260,18 @@ pub const KEYS: &[Key] = &[
         .number(|scene| scene.support.spring())
         .needed("support.stiffness = \"0.7e6 N/m\"")
         .when(&[Is("support.kind", &["spring"])]),
-    number("support.youngs_modulus", Dimension::PRESSURE, Bound::Modulus, "Young's modulus of the half-space under the last bead")
-        .number(|scene| match scene.support {
-            Support::Foundation { youngs_modulus, .. } => Some(youngs_modulus),
-            _ => None,
-        })
-        .needed("support.youngs_modulus = \"58 MPa\"")
-        .when(FOUNDATION),
+    number(
+        "support.youngs_modulus",
+        Dimension::PRESSURE,
+        Bound::Modulus,
+        "Young's modulus of the half-space under the last bead",
+    )
+    .number(|scene| match scene.support {
+        Support::Foundation { youngs_modulus, .. } => Some(youngs_modulus),
+        _ => None,
+    })
+    .needed("support.youngs_modulus = \"58 MPa\"")
+    .when(FOUNDATION),
     number("support.poissons_ratio", Dimension::NONE, Bound::PoissonsRatio, "its Poisson's ratio")
         .number(|scene| match scene.support {
             Support::Foundation { poissons_ratio, .. } => Some(poissons_ratio),
@@ -257,10 +286,15 @@ pub const KEYS: &[Key] = &[
         })
         .or(0.0)
         .when(FOUNDATION),
-    number("support.plate_thickness", Dimension::LENGTH, Bound::Positive, "thickness of a thin plate between last bead and half-space")
-        .number(|scene| Some(scene.support.plate()?.thickness))
-        .usually("none: no plate")
-        .when(FOUNDATION),
+    number(
+        "support.plate_thickness",
+        Dimension::LENGTH,
+        Bound::Positive,
+        "thickness of a thin plate between last bead and half-space",
+    )
+    .number(|scene| Some(scene.support.plate()?.thickness))
+    .usually("none: no plate")
+    .when(FOUNDATION),
     key("support.plate_material", ValueKind::Text, "its material")
         .value(|scene| text(&scene.support.plate()?.material.name))
         .needed("support.plate_material = \"acrylic\"")

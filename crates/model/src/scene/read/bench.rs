@@ -5,9 +5,9 @@ use crate::{
     analytical::Collision,
     contact_law::bead_pair_stiffness,
     scene::{
-    Bead, Chain, DEFAULT_SLIP_VELOCITY, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, Holder, Horn,
-    MaterialLoss, Relaxation, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError, key::Bound,
-    reader::Reader, shown::length,
+        Bead, Chain, DEFAULT_SLIP_VELOCITY, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, Holder, Horn,
+        MaterialLoss, Relaxation, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError, key::Bound,
+        reader::Reader, shown::length,
     },
 };
 use granchain_signal::{Dimension, Quantity};

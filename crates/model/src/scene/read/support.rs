@@ -2,8 +2,8 @@
 
 use super::model;
 use crate::scene::{
-    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, MeshFile, Plate, Support, document::resolved,
-    error::SceneError, reader::Reader, shown::length,
+    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, MeshFile, Plate, Support,
+    document::resolved, error::SceneError, reader::Reader, shown::length,
 };
 use granchain_signal::{Dimension, Quantity};
 
