@@ -4,7 +4,7 @@
 //! `KEY=VALUE`. A plain number is SI, a text carries its unit. [`KEYS`] lists every key.
 //!
 //! ```toml
-//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain, water
+//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain, water, impact
 //! alpha = 0.6
 //!
 //! [chain]

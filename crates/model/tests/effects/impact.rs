@@ -120,6 +120,16 @@ fn a_column_begins_in_equilibrium_under_its_weight_and_stays_there() {
 }
 
 #[test]
+fn a_striker_that_arrives_weighs_on_nothing() {
+    let scene = column(&[]);
+    let response = run(&scene);
+    let first: Vec<f64> = response.contact_force.iter().map(|force| force.values[0]).collect();
+    assert_eq!(first[0], 0.0);
+    // Rounding of the overlap.
+    assert!((first[1] / (9.81 * scene.chain.beads[0].mass()) - 1.0).abs() < 1e-12, "{}", first[1]);
+}
+
+#[test]
 fn beads_of_a_column_that_friction_holds_do_not_slip() {
     // Weight above friction: only contacts and weight together leave the bead at rest.
     let still = ["drive.kind=sine", "drive.amplitude=0", "drive.frequency=10 kHz", "drive.cycles=1"];
