@@ -215,13 +215,9 @@ pub fn in_words(scene: &Scene) -> String {
         beads.len(),
         beads[0].material.name,
         engineering(beads[0].radius, "m", 4),
-        if struck(scene) { "struck".to_owned() } else { engineering(scene.drive.frequency, "Hz", 4) },
+        if scene.is_struck() { "struck".to_owned() } else { engineering(scene.drive.frequency, "Hz", 4) },
         scene.damping.kind.name()
     )
-}
-
-fn struck(scene: &Scene) -> bool {
-    scene.drive.kind.striker().is_some()
 }
 
 /// A run's short report.
@@ -247,13 +243,17 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
         format!(
             "{}{}, alpha {}, {} simulated",
             drive(scene),
-            if struck(scene) { String::new() } else { format!(" at {}", engineering(scene.drive.frequency, "Hz", 4)) },
+            if scene.is_struck() {
+                String::new()
+            } else {
+                format!(" at {}", engineering(scene.drive.frequency, "Hz", 4))
+            },
             short(scene.amplitude_scale),
             engineering(scene.duration, "s", 4)
         ),
     );
     row("damping", damping(scene));
-    if !struck(scene) {
+    if !scene.is_struck() {
         row("peaks", peaks(scene, summary));
         row("lines", lines(summary));
     }
@@ -264,7 +264,7 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
         "energy",
         format!(
             "{}, {} dissipated, residual {} of the largest",
-            if struck(scene) {
+            if scene.is_struck() {
                 format!("{} at the start", engineering(summary.energy.initial_j, "J", 3))
             } else {
                 format!("{} put in by the piston", engineering(summary.energy.piston_work_j, "J", 3))

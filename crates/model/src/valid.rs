@@ -142,7 +142,7 @@ impl Scene {
             ModelKind::Fea => ("fea", false),
         };
         [
-            (self.drive.kind.striker().is_some() && !knows_striker, "a striker (`drive.kind`)"),
+            (self.is_struck() && !knows_striker, "a striker (`drive.kind`)"),
             (self.chain.gravity > 0.0, "gravity (`chain.gravity`)"),
             (matches!(self.support, Support::Foundation { .. }), "a foundation (`support.kind`)"),
         ]

@@ -81,9 +81,7 @@ impl Ensemble {
         let shakes = scene.drive.shakes().iter().map(|drive| sampled(drive, steps, step)).collect();
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, effects, .. } = system;
-        let is_single = effects.is_some()
-            || scene.drive.kind.striker().is_some()
-            || matches!(scene.support, Support::Foundation { .. });
+        let is_single = effects.is_some() || scene.is_struck() || matches!(scene.support, Support::Foundation { .. });
         let (scene, fitted) = (scene.clone(), fitted.cloned());
         Ok(Self { scene, laws, coupling, inverse_mass, drive, shakes, steps, step, is_single, fitted })
     }

@@ -6,8 +6,9 @@
 //!
 //! and the overlaps δ_i = δ⁰_i − g_i + u_i − u_{i+1}. u₀ is the prescribed motion of the piston times α, u_{N+1} = 0 the support; g_i
 //! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
-//! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise. A striker is one bead more, in front of the first, with a velocity and no piston. Gravity adds m_i g, and
-//! to the static force of a contact the weight of the beads before it.
+//! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise. A striker is one
+//! bead more, in front of the first, with a velocity and no piston. Gravity adds m_i g, and to the static force of a contact the weight
+//! of the beads before it.
 //!
 //! A scene may ask for more: a horn that gives way, drag and friction of the holder, contacts that yield, an annulus that relaxes, gravity
 //! (`effect_state.rs`).
@@ -134,7 +135,7 @@ impl ChainModel {
             }
             Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
         };
-        Ok(grid.response(energy, work).of(scene))
+        Ok(grid.response(energy, work).counted(scene.is_struck(), scene.chain.sensor))
     }
 }
 

@@ -58,7 +58,7 @@ impl System {
         effects::tilt(scene, &mut laws);
         let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
         let mut static_force = vec![chain.precompression; beads + 1];
-        let resting = if scene.drive.kind.striker().is_some() { 2 } else { 1 };
+        let resting = if scene.is_struck() { 2 } else { 1 };
         for contact in (resting..=beads).filter(|_| chain.gravity > 0.0) {
             static_force[contact] = static_force[contact - 1] + chain.gravity * mass[contact];
         }

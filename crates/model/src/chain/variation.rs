@@ -71,14 +71,15 @@ impl Variation {
     }
 
     /// The scene with this written into it, for models that know only scenes and take no negative gap: `closed` says what becomes of one.
-    /// A precompression closes every gap.
+    /// A precompression closes every gap, and so does gravity.
     pub fn written_into(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
         let mut scene = scene.clone();
         scene.amplitude_scale = self.amplitude_scale;
         scene.damping.coefficients = self.damping;
         scene.chain.precompression = self.precompression;
+        let is_pressed = self.precompression > 0.0 || scene.chain.gravity > 0.0;
         for (gap, offset) in scene.chain.gaps.iter_mut().zip(&self.gap_offsets) {
-            *gap = if self.precompression > 0.0 { 0.0 } else { closed(*gap + offset) };
+            *gap = if is_pressed { 0.0 } else { closed(*gap + offset) };
         }
         if let Some(own) = scene.support.stiffness_mut() {
             *own *= self.support_stiffness_factor;

@@ -278,7 +278,7 @@ impl<'a> Simulation<'a> {
             wet.disc.count(&mut response.work);
             wet.record.clone().enter_behind(front, water, wet.energies, &mut response);
         }
-        response.with_sensor(self.sensor)
+        response.counted(false, self.sensor)
     }
 
     /// Take one nominal step.

@@ -18,7 +18,6 @@ pub use work::{Preparation, SolverWork};
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::Scene;
 use granchain_signal::Series;
 
 /// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
@@ -77,20 +76,15 @@ impl ObservedPoint {
 }
 
 impl Response {
-    /// As its scene counts: a striker, the first bead of the chain that ran, in the piston's place, and what the sensor bead reads.
-    pub(crate) fn of(mut self, scene: &Scene) -> Self {
-        if scene.drive.kind.striker().is_some() {
+    /// As its scene counts: a striker, the first bead of the chain that ran, in the piston's place, and what the sensor bead of that number reads.
+    pub(crate) fn counted(mut self, is_struck: bool, sensor: Option<usize>) -> Self {
+        if is_struck {
             self.piston_displacement = self.bead_displacement.remove(0);
             self.bead_velocity.remove(0);
             self.contact_force.remove(0);
             self.contact_radius.as_mut().map(|radii| radii.remove(0));
         }
-        self.with_sensor(scene.chain.sensor)
-    }
-
-    /// With the mean force of both contacts of the bead of that number, where there is one.
-    pub(crate) fn with_sensor(mut self, bead: Option<usize>) -> Self {
-        self.sensor_force = bead.map(|bead| {
+        self.sensor_force = sensor.map(|bead| {
             let [before, after] = [&self.contact_force[bead - 1], &self.contact_force[bead]];
             let mean = before.values.iter().zip(&after.values).map(|(a, b)| 0.5 * (a + b)).collect();
             Series::new(before.start, before.step, mean)

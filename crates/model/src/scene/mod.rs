@@ -152,6 +152,10 @@ impl Scene {
         Cow::Owned(scene)
     }
 
+    pub fn is_struck(&self) -> bool {
+        self.drive.kind.striker().is_some()
+    }
+
     /// Velocity with which a striker meets the chain, m/s.
     pub(crate) fn striker_velocity(&self) -> Option<f64> {
         Some(self.amplitude_scale * self.drive.kind.striker()?.1)

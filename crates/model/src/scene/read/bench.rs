@@ -1,14 +1,10 @@
 //! Beads, drive, horn, holder, dashpots and losses.
 
 use super::support::mesh_file;
-use crate::{
-    analytical::Collision,
-    contact_law::bead_pair_stiffness,
-    scene::{
-        Bead, Chain, DEFAULT_SLIP_VELOCITY, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, Holder, Horn,
-        MaterialLoss, Relaxation, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError, key::Bound,
-        reader::Reader, shown::length,
-    },
+use crate::scene::{
+    Bead, Chain, DEFAULT_SLIP_VELOCITY, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, Holder, Horn,
+    MaterialLoss, Relaxation, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError, key::Bound,
+    reader::Reader, shown::length,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -81,9 +77,7 @@ fn striker(reader: &Reader<'_>, first: &Bead) -> Result<Drive, SceneError> {
     if let Some(entry) = reader.entry("drive.mass") {
         reader.set_mass(&mut bead, entry, "drive.mass", "striker")?;
     }
-    let reduced_mass = bead.mass() * first.mass() / (bead.mass() + first.mass());
-    let hertz_stiffness = bead_pair_stiffness(&bead, first);
-    let frequency = 1.0 / Collision { reduced_mass, hertz_stiffness, speed: velocity }.duration();
+    let frequency = 1.0 / bead.collision_duration(first, velocity);
     Ok(Drive { kind: DriveKind::Striker { bead, velocity }, amplitude: 0.0, frequency })
 }
 
