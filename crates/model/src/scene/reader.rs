@@ -63,7 +63,9 @@ impl<'a> Reader<'a> {
             }
             for (key, when) in governor.governed() {
                 if let (Some(entry), false) = (self.entry(key.name), when.holds(choice)) {
-                    let used = governor.governed().filter(|(_, when)| when.holds(choice));
+                    // Of a drive its own keys only: every one but a striker uses piston and horn.
+                    let named = |key: &Key| governor.name != "drive.kind" || key.name.starts_with("drive.");
+                    let used = governor.governed().filter(|(key, when)| when.holds(choice) && named(key));
                     let users = governor.words().iter().filter(|word| when.holds(word));
                     return Err(SceneError::NotUsed {
                         place: entry.place.clone(),
