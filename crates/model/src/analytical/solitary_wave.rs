@@ -51,7 +51,7 @@ pub fn nesterenko_speed_at_force(
     peak_force: f64,
     static_force: f64,
 ) -> f64 {
-    let [peak, rest] = [peak_force, static_force].map(|force| libm::cbrt(force));
+    let [peak, rest] = [peak_force, static_force].map(libm::cbrt);
     let strain = peak * peak - rest * rest;
     let work = 3.0 * rest.powi(5) + 2.0 * peak.powi(5) - 5.0 * peak * peak * static_force;
     2.0 * radius * (0.4 * work / mass).sqrt() * libm::cbrt(hertz_stiffness) / strain
