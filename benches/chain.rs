@@ -23,7 +23,13 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
     Scene {
         name: "rigid".into(),
         description: "six beads between rigid flats, five cycles of 73 kHz, 1 µm".into(),
-        chain: Chain { beads: vec![bead; beads], gaps: vec![0.0; beads + 1], precompression: 0.0 },
+        chain: Chain {
+            beads: vec![bead; beads],
+            gaps: vec![0.0; beads + 1],
+            precompression: 0.0,
+            gravity: 0.0,
+            sensor: None,
+        },
         piston: FlatContact::Rigid,
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,

@@ -72,12 +72,13 @@ fn is_record(drive: &Drive, file: &Input) -> anyhow::Result<bool> {
     }
 }
 
-/// Name of the waveform, its number of cycles and its ring-up, s; of a record its file.
+/// Name of the waveform, its number of cycles (of a striker its velocity, m/s) and its ring-up, s; of a record its file.
 fn shape(kind: &DriveKind) -> (&'static str, f64, f64, Option<&Path>) {
     match kind {
         DriveKind::SineCycles { cycles } => ("sine", *cycles, 0.0, None),
         DriveKind::ToneBurst { cycles, ring_up } => ("tone burst", *cycles, *ring_up, None),
         DriveKind::GaussianBurst { cycles } => ("Gaussian burst", *cycles, 0.0, None),
+        DriveKind::Striker { velocity, .. } => ("striker", *velocity, 0.0, None),
         DriveKind::Record { file, .. } => ("record", 0.0, 0.0, file.as_deref()),
         DriveKind::UnreadRecord { file } => ("record", 0.0, 0.0, Some(file)),
     }
@@ -90,7 +91,7 @@ fn differs(here: &Drive, fitted: &Drive, meant: impl Fn(&str) -> bool) -> bool {
     let other = |a: f64, b: f64| (a - b).abs() > SAME * a.abs().max(b.abs());
     [
         ("drive.kind", kind != kind_of || file != file_of),
-        ("drive.cycles", other(cycles, cycles_of)),
+        (if kind == "striker" { "drive.velocity" } else { "drive.cycles" }, other(cycles, cycles_of)),
         ("drive.ring_up", other(ring_up, ring_up_of)),
         ("drive.frequency", other(here.frequency, fitted.frequency)),
         ("drive.amplitude", other(here.amplitude, fitted.amplitude)),
@@ -104,6 +105,7 @@ fn in_words(drive: &Drive) -> String {
     let (name, cycles, _, file) = shape(&drive.kind);
     match file {
         Some(file) => format!("the {name} {}", file.display()),
+        None if name == "striker" => format!("a striker of {cycles} m/s"),
         None => format!(
             "a {name} of {cycles} cycles at {}, amplitude {}",
             Quantity::new(drive.frequency, Dimension::FREQUENCY),

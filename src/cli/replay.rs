@@ -215,6 +215,8 @@ impl Job<'_> {
         };
         timing.stage("run");
         let features = match observation::measure_response(scene, &response, settings) {
+            // What is measured is the answer to a periodic drive.
+            _ if scene.is_struck() => None,
             Err(FeatureError::Constant { .. }) => {
                 let warning = "the last bead does not move while the drive is on, so there are no features; a gap may be too wide for the drive, or \
                                friction too strong";

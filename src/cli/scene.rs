@@ -90,6 +90,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         Action::Explain(explain) => {
             explain::execute(session, &explain, &load(session, &explain.scene, &explain.set)?)?;
         }
+        Action::Init { file, bench: Some(BenchChoice::Impact), .. } => init(session, &file, "impact")?,
         Action::Init { file, bench: None, from } => init(session, &file, &from)?,
         Action::Init { file, bench: Some(bench), .. } => init_bench(session, &file, bench)?,
     }
@@ -269,6 +270,15 @@ fn consequences(scene: &Scene) -> Vec<(&'static str, String)> {
     let drive = &scene.drive;
     let period = 1.0 / drive.frequency;
     let mut rows = consequences_of_bench(scene);
+    if let Some((striker, velocity)) = drive.kind.striker() {
+        let velocity = scene.amplitude_scale * velocity;
+        let energy = 0.5 * striker.mass() * velocity * velocity;
+        rows.push(("mass of the striker", show(striker.mass(), Dimension::MASS)));
+        rows.push(("energy of the striker", show(energy, Dimension::ENERGY)));
+        rows.push(("duration of its collision with a free first bead", show(period, Dimension::TIME)));
+        rows.push(("output samples", scene.samples().to_string()));
+        return rows;
+    }
     rows.extend([("drive period", show(period, Dimension::TIME))]);
     if !matches!(drive.kind, DriveKind::Record { .. } | DriveKind::UnreadRecord { .. }) {
         let amplitude = scene.amplitude_scale * drive.amplitude;
@@ -294,7 +304,10 @@ pub(super) fn consequences_of_bench(scene: &Scene) -> Vec<(&'static str, String)
 fn contacts(scene: &Scene) -> Vec<(&'static str, String)> {
     let stiffness = |value| Quantity::new(rounded(value), Dimension::HERTZ_STIFFNESS).to_string();
     let beads = &scene.chain.beads;
-    let mut rows = vec![("Hertz stiffness, piston", stiffness(bead_flat_stiffness(&beads[0], scene.piston)))];
+    let mut rows = vec![match scene.drive.kind.striker() {
+        Some((striker, _)) => ("Hertz stiffness, striker", stiffness(bead_pair_stiffness(striker, &beads[0]))),
+        None => ("Hertz stiffness, piston", stiffness(bead_flat_stiffness(&beads[0], scene.piston))),
+    }];
     if let [first, second, ..] = &beads[..] {
         let pair = bead_pair_stiffness(first, second);
         rows.push(("Hertz stiffness, beads 1 and 2", stiffness(pair)));

@@ -203,6 +203,8 @@ pub fn in_words(scene: &Scene) -> String {
         Support::Flat(FlatContact::HalfSpace) => "half-space of the bead's material",
         Support::Annulus { .. } => "annulus",
         Support::Spring { .. } => "spring",
+        Support::Foundation { plate: None, .. } => "elastic half-space",
+        Support::Foundation { .. } => "plate on a half-space",
         Support::Disc { .. } if scene.water.is_some() => "disc on water",
         Support::Disc { .. } => "disc in vacuum",
         Support::Body { .. } => "meshed body",
@@ -213,7 +215,7 @@ pub fn in_words(scene: &Scene) -> String {
         beads.len(),
         beads[0].material.name,
         engineering(beads[0].radius, "m", 4),
-        engineering(scene.drive.frequency, "Hz", 4),
+        if scene.is_struck() { "struck".to_owned() } else { engineering(scene.drive.frequency, "Hz", 4) },
         scene.damping.kind.name()
     )
 }
@@ -238,24 +240,34 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     row(
         "drive",
         format!(
-            "{} at {}, alpha {}, {} simulated",
+            "{}{}, alpha {}, {} simulated",
             drive(scene),
-            engineering(scene.drive.frequency, "Hz", 4),
+            if scene.is_struck() {
+                String::new()
+            } else {
+                format!(" at {}", engineering(scene.drive.frequency, "Hz", 4))
+            },
             short(scene.amplitude_scale),
             engineering(scene.duration, "s", 4)
         ),
     );
     row("damping", damping(scene));
-    row("peaks", peaks(scene, summary));
-    row("lines", lines(summary));
+    if !scene.is_struck() {
+        row("peaks", peaks(scene, summary));
+        row("lines", lines(summary));
+    }
     if let Some(features) = &summary.features {
         row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
     }
     row(
         "energy",
         format!(
-            "{} put in by the piston, {} dissipated, residual {} of the largest",
-            engineering(summary.energy.piston_work_j, "J", 3),
+            "{}, {} dissipated, residual {} of the largest",
+            if scene.is_struck() {
+                format!("{} at the start", engineering(summary.energy.initial_j, "J", 3))
+            } else {
+                format!("{} put in by the piston", engineering(summary.energy.piston_work_j, "J", 3))
+            },
             engineering(summary.energy.dissipated_j, "J", 3),
             significant(summary.energy.residual_j / summary.energy.largest_j, 2)
         ),
@@ -363,6 +375,9 @@ pub fn drive(scene: &Scene) -> String {
             format!("tone burst of {} cycles and {peak}, ring-up {}", short(*cycles), engineering(*ring_up, "s", 3))
         }
         DriveKind::GaussianBurst { cycles } => format!("Gaussian burst of {} cycles and {peak}", short(*cycles)),
+        DriveKind::Striker { bead, velocity } => {
+            format!("striker of radius {} at {}", engineering(bead.radius, "m", 3), engineering(*velocity, "m/s", 3))
+        }
         DriveKind::Record { displacement, file, .. } => {
             let name = file.as_ref().map_or("in memory".into(), |file| file.display().to_string());
             format!("record {name} of {}", engineering(displacement.peak(), "m", 3))

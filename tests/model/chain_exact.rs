@@ -32,7 +32,7 @@ fn rigid(tolerance: f64) -> Scene {
     Scene {
         name: "rigid".into(),
         description: String::new(),
-        chain: Chain { beads: vec![bead(); 6], gaps: vec![0.0; 7], precompression: 0.0 },
+        chain: Chain { beads: vec![bead(); 6], gaps: vec![0.0; 7], precompression: 0.0, gravity: 0.0, sensor: None },
         piston: FlatContact::Rigid,
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,

@@ -23,7 +23,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
     Scene {
         name: "test".into(),
         description: String::new(),
-        chain: Chain { beads: vec![bead; 6], gaps: vec![0.0; 7], precompression: 0.0 },
+        chain: Chain { beads: vec![bead; 6], gaps: vec![0.0; 7], precompression: 0.0, gravity: 0.0, sensor: None },
         piston: FlatContact::Rigid,
         drive: Drive { kind: DriveKind::ToneBurst { cycles: 40.0, ring_up: 100e-6 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,

@@ -8,8 +8,8 @@ fn list_names_every_built_in_scene() {
     let (code, out, err) = granchain(folder.path(), &["scene", "list"]);
     assert_eq!((code, err.as_str()), (0, ""));
     let names: Vec<_> = out.lines().filter_map(|line| line.split_whitespace().next()).collect();
-    assert_eq!(names, ["rigid", "annulus", "chain", "water"]);
-    assert!(out.lines().all(|line| line.contains("six steel beads")), "{out}");
+    assert_eq!(names, ["rigid", "annulus", "chain", "water", "impact"]);
+    assert!(out.lines().all(|line| line.contains("steel beads")), "{out}");
 }
 
 #[test]

@@ -203,11 +203,11 @@ fn no_model_runs_a_record_that_has_not_been_read() {
 fn unknown_scenes_are_refused_with_the_nearest_name() {
     assert_eq!(
         overridden("anulus", &[]).unwrap_err().to_string(),
-        "`anulus` is neither a built-in scene (rigid, annulus, chain, water) nor a scene file; did you mean `annulus`?"
+        "`anulus` is neither a built-in scene (rigid, annulus, chain, water, impact) nor a scene file; did you mean `annulus`?"
     );
     assert_eq!(
         file_refusal("extends = \"ridgid\""),
-        "bench/own.toml:1:11: `ridgid` is neither a built-in scene (rigid, annulus, chain, water) nor a scene file; \
+        "bench/own.toml:1:11: `ridgid` is neither a built-in scene (rigid, annulus, chain, water, impact) nor a scene file; \
          did you mean `rigid`?"
     );
     assert_eq!(

@@ -6,8 +6,8 @@ use granchain::scene::{
     Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_SLIP_VELOCITY,
     DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements,
     FeaSettings, FieldPoint, FlatContact, Holder, Horn, Integrator, Limits, Material, MaterialLoss, Medium, MeshFile,
-    ModelKind, ModelSettings, ReducedSettings, Relaxation, Rim, Scene, Scheme, Support, Water, WaterMesh, WaterMethod,
-    WaterSettings, load_text,
+    ModelKind, ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Support, Water, WaterMesh,
+    WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 
@@ -75,6 +75,14 @@ fn supports() -> impl Strategy<Value = Support> {
             support
         }),
         Just(Support::Free),
+        (1e3..1e12f64, -0.9..0.49f64, 0.0..1e-3f64, prop::option::of((1e-4..1e-2f64, materials()))).prop_map(
+            |(youngs_modulus, poissons_ratio, loss_time, plate)| Support::Foundation {
+                youngs_modulus,
+                poissons_ratio,
+                loss_time,
+                plate: plate.map(|(thickness, material)| Plate { thickness, material }),
+            }
+        ),
         (1e-4..5e-3f64, 0.01..0.99f64, 0..3usize, materials(), 1..64u32).prop_map(
             |(radius, slender, rim, material, mesh_density)| {
                 let rim = [Rim::Clamped, Rim::Supported, Rim::Free][rim];
@@ -134,7 +142,9 @@ fn chains() -> impl Strategy<Value = Chain> {
             1 => vec![gap; contacts],
             _ => (0..contacts).map(|index| gap * index as f64 / contacts as f64).collect(),
         };
-        Chain { beads, gaps, precompression: if kind == 0 { force } else { 0.0 } }
+        let sensor = (kind == 1).then_some(contacts - 1);
+        let gravity = if kind == 2 { 10.0 * force } else { 0.0 };
+        Chain { beads, gaps, precompression: if kind == 0 { force } else { 0.0 }, gravity, sensor }
     })
 }
 
@@ -212,6 +222,7 @@ fn analyse(scene: &mut Scene, analysis: Analysis) {
         let of_support = match &scene.support {
             Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
             Support::Disc { shape, .. } => Some(&shape.material),
+            Support::Foundation { plate: Some(plate), .. } => Some(&plate.material),
             _ => None,
         };
         let all = scene.chain.beads.iter().map(|bead| &bead.material).chain(of_support).cloned();

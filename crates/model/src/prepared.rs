@@ -65,6 +65,8 @@ pub fn prepare_with(scene: &Scene, cache: Option<&Cache>) -> Result<Prepared, Mo
 fn model(scene: &Scene, cache: Option<&Cache>) -> Result<PreparedModel, ModelError> {
     refuse_excess(scene)?;
     scene.refuse_free_end()?;
+    scene.refuse_beyond_model()?;
+    let scene = &*scene.with_striker();
     Ok(match scene.model.kind {
         ModelKind::Chain if scene.support.disc().is_some() => {
             super::need_drive(scene, "chain")?;
@@ -106,15 +108,17 @@ impl Prepared {
         let response = match &self.model {
             PreparedModel::Chain(fitted) => {
                 let still = InitialState::at_rest(scene.chain.beads.len());
-                ChainModel.run_with_laws(scene, fitted.as_ref(), motion, &still, progress)
+                ChainModel.run_with_laws(scene, fitted.as_ref(), motion, &still, progress)?
             }
             PreparedModel::OnDisc(disc) => {
                 super::need_drive(scene, "chain")?;
-                disc.run(scene, motion, progress)
+                disc.run(scene, motion, progress)?.counted(scene.is_struck(), scene.chain.sensor)
             }
-            PreparedModel::Reduced { reduction, .. } => reduction.run_with(scene, motion, progress),
-            PreparedModel::Fea => fea::run(scene, motion, progress),
-        }?;
+            PreparedModel::Reduced { reduction, .. } => reduction
+                .run_with(&scene.with_striker(), motion, progress)?
+                .counted(scene.is_struck(), scene.chain.sensor),
+            PreparedModel::Fea => fea::run(scene, motion, progress)?,
+        };
         super::check_energy(&response.energy)?;
         Ok(response)
     }
@@ -124,6 +128,7 @@ impl Prepared {
             return Err(ModelError::OtherBodies { part });
         }
         scene.refuse_free_end()?;
+        scene.refuse_beyond_model()?;
         if scene.model.kind.is_meshed() {
             refuse_losses(scene)?;
         }
@@ -231,7 +236,7 @@ impl Bodies {
         Self {
             kind: scene.model.kind,
             contact_law: scene.contact_law,
-            beads: scene.chain.beads.clone(),
+            beads: scene.with_striker().chain.beads.clone(),
             piston: scene.piston,
             water: scene.water.clone(),
             clock: match scene.model.integrator {

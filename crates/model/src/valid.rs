@@ -2,7 +2,10 @@
 
 use crate::{
     ModelError, need_drive,
-    scene::{Chain, DampingCoefficients, DampingTerm, Holder, Horn, Relaxation, Scene, TermDescription},
+    scene::{
+        Chain, ContactLaw, DampingCoefficients, DampingTerm, Holder, Horn, ModelKind, Relaxation, Scene, Support,
+        TermDescription,
+    },
 };
 
 /// `Ok` where a number is as expected.
@@ -60,7 +63,7 @@ impl Scene {
             let found = chain.gaps.len();
             return Err(ModelError::Count { quantity: "chain.gaps", expected: beads + 1, found });
         }
-        for bead in &chain.beads {
+        for bead in chain.beads.iter().chain(self.drive.kind.striker().map(|(bead, _)| bead)) {
             positive("radius", "a positive length, m", bead.radius)?;
             let material = &bead.material;
             positive("youngs_modulus", "a positive modulus, Pa", material.youngs_modulus)?;
@@ -81,11 +84,77 @@ impl Scene {
         if let Some(stiffness) = self.support.spring() {
             positive("support.stiffness", "a positive stiffness, N/m", stiffness)?;
         }
+        if let Support::Foundation { youngs_modulus, poissons_ratio, loss_time, plate } = &self.support {
+            positive("support.youngs_modulus", "a positive modulus, Pa", *youngs_modulus)?;
+            let holds = *poissons_ratio > -1.0 && *poissons_ratio <= 0.5;
+            need(holds, "support.poissons_ratio", "a number between −1 and 0.5", *poissons_ratio)?;
+            not_negative("support.loss_time", "a time ≥ 0, s", *loss_time)?;
+            if let Some(plate) = plate {
+                positive("support.plate_thickness", "a positive length, m", plate.thickness)?;
+            }
+        }
+        self.validate_impact()?;
         damping(&self.damping.coefficients)?;
         finite("alpha", "a finite factor", self.amplitude_scale)?;
         not_negative("duration", "a time ≥ 0, s", self.duration)?;
         positive("output_step", "a positive time, s", self.output_step)?;
         self.validate_effects()
+    }
+
+    /// Striker, gravity and sensor.
+    fn validate_impact(&self) -> Result<(), ModelError> {
+        let chain = &self.chain;
+        if let Some((_, velocity)) = self.drive.kind.striker() {
+            positive("drive.velocity", "a positive velocity, m/s", velocity)?;
+            not_negative("alpha", "a factor ≥ 0 on the velocity of a striker", self.amplitude_scale)?;
+            let expected = "0 N where a striker drives: nothing presses on the first bead";
+            need(chain.precompression == 0.0, "chain.precompression", expected, chain.precompression)?;
+            need(
+                self.horn.is_none(),
+                "horn.mass",
+                "no horn where a striker drives",
+                self.horn.map_or(0.0, |horn| horn.mass),
+            )?;
+        }
+        let sensor = chain.sensor.unwrap_or(1);
+        need((1..=chain.beads.len()).contains(&sensor), "chain.sensor", "the number of a bead", sensor as f64)?;
+        not_negative("chain.gravity", "an acceleration ≥ 0, m/s²", chain.gravity)?;
+        if chain.gravity == 0.0 {
+            return Ok(());
+        }
+        need(
+            !self.support.is_free(),
+            "chain.gravity",
+            "0 m/s² before a free end, which carries no weight",
+            chain.gravity,
+        )?;
+        let open = chain.first_open_gap().map_or(0.0, |(_, gap)| gap);
+        need(open == 0.0, "chain.gaps", "0 m under gravity, which closes every contact", open)
+    }
+
+    /// The first of striker, gravity and foundation that its model does not have, behind the model's name.
+    pub(crate) fn beyond_model(&self) -> Option<(&'static str, &'static str)> {
+        let (model, knows_striker) = match self.model.kind {
+            ModelKind::Chain if self.support.disc().is_some() => ("chain before a disc", false),
+            ModelKind::Chain if self.contact_law == ContactLaw::FiniteBody => ("chain with fitted contact laws", false),
+            ModelKind::Chain => return None,
+            ModelKind::Reduced => ("reduced", true),
+            ModelKind::Fea => ("fea", false),
+        };
+        [
+            (self.is_struck() && !knows_striker, "a striker (`drive.kind`)"),
+            (self.chain.gravity > 0.0, "gravity (`chain.gravity`)"),
+            (matches!(self.support, Support::Foundation { .. }), "a foundation (`support.kind`)"),
+        ]
+        .into_iter()
+        .find_map(|(is_asked, what)| is_asked.then_some((model, what)))
+    }
+
+    pub(crate) fn refuse_beyond_model(&self) -> Result<(), ModelError> {
+        let Some((model, what)) = self.beyond_model() else { return Ok(()) };
+        let reason =
+            format!("it does not have {what}; use `model.kind` = \"chain\", `contact.law` = \"hertz\" and no disc");
+        Err(ModelError::Unsupported { model, reason })
     }
 
     fn validate_effects(&self) -> Result<(), ModelError> {

@@ -156,10 +156,16 @@ fn response_figure(response: &Response, seen: &Series) -> Figure {
         .titled(format!("(b) {place} of the last bead"))
         .height(45.0)
         .line("", trace(seen), Stroke::new(Colour::Vermillion));
-    Figure::new(format!("Displacement of the piston and velocity of the last bead's {place}"))
+    let figure = Figure::new(format!("Displacement of the piston and velocity of the last bead's {place}"))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(piston)
-        .panel(seen)
+        .panel(seen);
+    let Some(force) = &response.sensor_force else { return figure };
+    let force = Panel::new(Axis::time(), Axis::new("Force", "N"))
+        .titled("(c) mean of both contacts of the sensor bead")
+        .height(45.0)
+        .line("", trace(force), Stroke::new(Colour::Green));
+    figure.panel(force)
 }
 
 /// Drive periods shown of the pulses in the chain, from the first motion of the last bead on.

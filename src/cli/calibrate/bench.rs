@@ -128,6 +128,15 @@ fn support(scene: &Scene) -> String {
         Support::Flat(FlatContact::HalfSpace) => "half-space of the bead's material".into(),
         Support::Free => "none: the last bead is free".into(),
         Support::Spring { stiffness } => format!("spring, {}", engineering(*stiffness, "N/m", 4)),
+        Support::Foundation { youngs_modulus, plate, .. } => format!(
+            "half-space of {}{}",
+            engineering(*youngs_modulus, "Pa", 4),
+            plate.as_ref().map_or_else(String::new, |plate| format!(
+                " under a plate of {}, {}",
+                engineering(plate.thickness, "m", 4),
+                material(&plate.material)
+            ))
+        ),
         Support::Annulus { shape, stiffness_factor, material: of, .. } => format!(
             "annulus, R {}, section radius {}, stiffness factor {}; {}",
             engineering(shape.ring_radius, "m", 4),
@@ -161,7 +170,9 @@ fn drawn(scene: &Scene) -> DrawnSupport {
             let water = scene.water.is_some();
             DrawnSupport::Disc { radius: shape.radius, thickness: shape.thickness, water }
         }
-        Support::Flat(_) | Support::Spring { .. } | Support::Body { .. } => DrawnSupport::Flat,
+        Support::Flat(_) | Support::Spring { .. } | Support::Foundation { .. } | Support::Body { .. } => {
+            DrawnSupport::Flat
+        }
     }
 }
 

@@ -15,6 +15,8 @@ pub enum BenchChoice {
     Disc,
     /// Nothing: the last bead is free
     Free,
+    /// A soft half-space, under a column that a falling bead strikes
+    Impact,
 }
 
 impl BenchChoice {
@@ -25,6 +27,7 @@ impl BenchChoice {
             Self::Spring => "steel beads between a horn and a spring",
             Self::Disc => "steel beads between a horn and a disc on water",
             Self::Free => "steel beads in front of a horn, the last one free",
+            Self::Impact => "steel beads on a soft half-space, struck by one bead more",
         }
     }
 
@@ -56,6 +59,8 @@ impl BenchChoice {
                  [water]\n# \"tissue\", or \"none\" for a disc in air; density and sound_speed may be changed by themselves.\nmedium = \"water\"\n\
                  # Field points of the pressure, z from the back of the disc.\nfield_points = [{ r = \"0 mm\", z = \"1 mm\" }]\n"
             }
+            // Its file is that of the built-in scene, which has no horn.
+            Self::Impact => "",
             Self::Free => {
                 "[support]\n# Nothing touches the last bead behind: it flies off, and no static force can hold the chain.\nkind = \"free\"\n"
             }

@@ -89,12 +89,22 @@ pub const PARAMETERS: &[Row] = &[
         key: "support_stiffness",
         shown: |unit| match unit {
             "1" => shown("stiffness factor of the annulus", "κ", "1", 1.0),
+            "Pa" => shown("modulus of the foundation", "E", "MPa", 1e-6),
             _ => shown("stiffness of the spring", "k", "N/m", 1.0),
         },
-        scene_key: |unit| if unit == "1" { "support.stiffness_factor" } else { "support.stiffness" },
+        scene_key: |unit| match unit {
+            "1" => "support.stiffness_factor",
+            "Pa" => "support.youngs_modulus",
+            _ => "support.stiffness",
+        },
         bounds: |scene| {
             let own = scene.support.stiffness().ok_or(ParameterError::NoStiffness)?;
-            Ok((if scene.support.spring().is_some() { "N/m" } else { "1" }, 0.25 * own, 4.0 * own))
+            let unit = match scene.support {
+                Support::Spring { .. } => "N/m",
+                Support::Foundation { .. } => "Pa",
+                _ => "1",
+            };
+            Ok((unit, 0.25 * own, 4.0 * own))
         },
         widening: Widening::BothWays,
         get: |scene| scene.support.stiffness(),

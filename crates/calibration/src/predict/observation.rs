@@ -193,7 +193,11 @@ pub fn measure_response(
 /// # Errors
 /// [`FeatureError`] when the drive has no such window.
 pub fn settings(scene: &Scene) -> Result<FeatureSettings, FeatureError> {
-    let window = Window::of_drive(&displacement(scene), scene.drive.frequency)?;
+    let window = match scene.drive.kind.striker() {
+        // Its impulses go on until the end.
+        Some(_) => Window::new(0.0, scene.duration),
+        None => Window::of_drive(&displacement(scene), scene.drive.frequency)?,
+    };
     Ok(FeatureSettings::velocity(scene.drive.frequency, window))
 }
 

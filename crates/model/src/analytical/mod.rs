@@ -11,6 +11,6 @@ pub use piston::BaffledPiston;
 pub use plate::{LAMB_COEFFICIENT, ThinPlate};
 pub use precompressed::{cutoff_frequency, mode_frequency};
 pub use solitary_wave::{
-    DISCRETE_SPEED_FACTOR, DiscretePulse, NESTERENKO_SPEED_FACTOR, nesterenko_profile, nesterenko_width,
-    solitary_wave_speed,
+    DISCRETE_SPEED_FACTOR, DiscretePulse, NESTERENKO_SPEED_FACTOR, nesterenko_profile, nesterenko_speed_at_force,
+    nesterenko_width, solitary_wave_speed,
 };

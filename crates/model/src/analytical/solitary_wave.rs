@@ -26,6 +26,37 @@ pub fn solitary_wave_speed(speed_factor: f64, radius: f64, mass: f64, hertz_stif
     2.0 * radius * speed_factor * (hertz_stiffness / mass).powf(0.4) * peak_velocity.powf(0.2)
 }
 
+/// Speed of Nesterenko's solitary wave of peak force F in a chain of equal beads under the static force F₀, m/s:
+///
+/// V² = (2a)² k^(2/3)/m · (2/5) (3 F₀^(5/3) + 2 F^(5/3) − 5 F^(2/3) F₀)/(F^(2/3) − F₀^(2/3))²
+///
+/// - `radius`: a, m
+/// - `mass`: m, kg
+/// - `hertz_stiffness`: k, N·m^(-3/2)
+/// - `peak_force`: F with the static force in it, N, above `static_force`
+/// - `static_force`: F₀, N; 0 gives V = 0.6802 (2E/(2a ρ^(3/2) (1 − ν²)))^(1/3) F^(1/6)
+///
+/// Long-wave limit. Nesterenko (2001), *Dynamics of Heterogeneous Materials*, §1.3; Coste, Falcon, Fauve (1997), *Phys. Rev. E* 56, 6104; Daraio,
+/// Nesterenko, Herbold, Jin (2005), *Phys. Rev. E* 72, 016603.
+///
+/// ```
+/// # use granchain_model::analytical::nesterenko_speed_at_force;
+/// let speed = nesterenko_speed_at_force(2.38e-3, 0.4518e-3, 4.877e9, 20.0, 0.0);
+/// assert!((speed / 2.0f64.powf(1.0 / 6.0) - nesterenko_speed_at_force(2.38e-3, 0.4518e-3, 4.877e9, 10.0, 0.0)).abs() < 1e-9);
+/// ```
+pub fn nesterenko_speed_at_force(
+    radius: f64,
+    mass: f64,
+    hertz_stiffness: f64,
+    peak_force: f64,
+    static_force: f64,
+) -> f64 {
+    let [peak, rest] = [peak_force, static_force].map(libm::cbrt);
+    let strain = peak * peak - rest * rest;
+    let work = 3.0 * rest.powi(5) + 2.0 * peak.powi(5) - 5.0 * peak * peak * static_force;
+    2.0 * radius * (0.4 * work / mass).sqrt() * libm::cbrt(hertz_stiffness) / strain
+}
+
 /// Width of Nesterenko's solitary wave, π√10 a: just under five bead diameters, whatever its amplitude.
 pub fn nesterenko_width(radius: f64) -> f64 {
     std::f64::consts::PI * 10f64.sqrt() * radius

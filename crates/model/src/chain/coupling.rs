@@ -85,7 +85,7 @@ impl Coupling {
                     coupling.second[contact] = law.second;
                 }
                 // Only a support has another law.
-                Law::Annulus(_) | Law::Spring(_) => coupling.last = Some(*law),
+                Law::Annulus(_) | Law::Spring(_) | Law::HertzOnSpring(_) => coupling.last = Some(*law),
             }
         }
         for (bead, coupled) in beads.iter().enumerate() {

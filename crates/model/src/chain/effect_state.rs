@@ -71,10 +71,10 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     pub(super) fn begin_effects(&mut self) {
         let system = self.system;
         let Some(effects) = system.effects.as_ref().filter(|_| L::HAS_EFFECTS) else { return };
-        let force = system.precompression;
         let mut contacts = vec![None; system.beads + 1];
         for (contact, law) in effects.yielding.iter().enumerate() {
             let Some(law) = *law else { continue };
+            let force = system.static_force[contact];
             let (elastic, elastic_to) = law.after(force);
             if force > law.yield_force() {
                 (self.laws[contact], self.offset[contact]) = (Law::Hertz(elastic), elastic_to);
@@ -86,7 +86,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             effects,
             contacts,
             slips: vec![Slip::Stuck(0.0); if sticks { system.beads } else { 0 }],
-            precompression: force,
+            precompression: system.static_force[0],
             relaxing: 0.0,
             instants: [0.0; 3],
             yielded: 0.0,
@@ -189,6 +189,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         let (mut dragged, mut rubbed) = (0.0, 0.0);
         for i in 1..=beads {
             let mut net = force[i - 1] - force[i];
+            if let Some(gravity) = acting.effects.gravity {
+                net += gravity * self.system.mass[i];
+            }
             let mut speed = v[i];
             if let Some(holder) = &acting.effects.holder {
                 net -= holder.drag * speed;
@@ -240,7 +243,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
     /// Force of the contacts on the bead in a slot and the most that friction holds, N, as last evaluated.
     fn pushed(&self, slot: usize) -> (f64, f64) {
         let most = self.acting.as_ref().map_or(0.0, |acting| acting.effects.friction(&self.force, slot));
-        (self.force[slot - 1] - self.force[slot], most)
+        let weight = self.system.effects.as_ref().and_then(|effects| effects.gravity);
+        let weight = weight.map_or(0.0, |gravity| gravity * self.system.mass[slot]);
+        (self.force[slot - 1] - self.force[slot] + weight, most)
     }
 
     /// Let go of beads that the contacts push harder than friction holds, in the state at the start of a step.
@@ -430,9 +435,12 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         self.set_mode(contact, mode);
     }
 
-    /// Elastic energy of every contact in a state, J; a contact that yields gives back what it would when unloaded.
+    /// Elastic energy of every contact in a state, J; a contact that yields gives back what it would when unloaded. With gravity less what it has done from
+    /// the start on, −Σ m g u.
     pub(super) fn stored_with_effects(&self, u: &[f64]) -> f64 {
-        (0..=self.system.beads)
+        let gravity = self.system.effects.as_ref().and_then(|effects| effects.gravity);
+        let fallen = |gravity| self.system.mass.iter().zip(u).map(|(mass, u)| gravity * mass * u).sum::<f64>();
+        let pressed: f64 = (0..=self.system.beads)
             .map(|contact| {
                 let overlap = self.overlap(contact, u);
                 match self.acting.as_ref().and_then(|acting| acting.contacts[contact]) {
@@ -443,7 +451,8 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
                     _ => self.laws[contact].energy(overlap),
                 }
             })
-            .sum()
+            .sum();
+        pressed - gravity.map_or(0.0, fallen)
     }
 
     pub(super) fn channels(&self, state: &[f64]) -> Option<Channels> {
@@ -475,6 +484,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         SolverWork {
             horn_evaluations: count(effects.horn.is_some(), 1),
             holder_evaluations: count(effects.holder.is_some_and(|holder| holder.acts()), self.system.beads),
+            gravity_evaluations: count(effects.gravity.is_some(), self.system.beads),
             relaxation_evaluations: count(effects.relaxation.is_some(), 1),
             ..acting.work
         }

@@ -25,6 +25,8 @@ pub(super) const FURTHER: usize = 8;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Effects {
     pub horn: Option<Horn>,
+    /// Acceleration g along the axis, m/s².
+    pub gravity: Option<f64>,
     pub holder: Option<Holder>,
     /// tan θ of the line of centres at each contact; 0 at both ends.
     pub obliquity: Vec<f64>,
@@ -37,7 +39,9 @@ impl Effects {
     /// Those of a scene; none where it has none.
     pub(crate) fn of(scene: &Scene, laws: &[Law], is_coupled: bool) -> Result<Option<Self>, ModelError> {
         let relaxation = scene.loss.relaxation.filter(|_| scene.support.ring().is_some());
-        if scene.horn.is_none() && scene.holder.is_none() && scene.yield_strength.is_none() && relaxation.is_none() {
+        let gravity = Some(scene.chain.gravity).filter(|gravity| *gravity > 0.0);
+        let none = scene.horn.is_none() && scene.holder.is_none() && scene.yield_strength.is_none();
+        if none && relaxation.is_none() && gravity.is_none() {
             return Ok(None);
         }
         let unsupported = |key: &str| {
@@ -64,6 +68,7 @@ impl Effects {
         });
         Ok(Some(Self {
             horn: scene.horn,
+            gravity,
             holder: scene.holder,
             yielding: yielding.collect(),
             obliquity: between_beads(scene, Holder::tangent),
@@ -106,7 +111,7 @@ pub(super) fn tilt(scene: &Scene, laws: &mut [Law]) {
         match law {
             Law::Hertz(law) => law.stiffness *= factor,
             Law::FiniteHertz(law) => law.stiffness *= factor,
-            Law::Annulus(_) | Law::Spring(_) => {}
+            Law::Annulus(_) | Law::Spring(_) | Law::HertzOnSpring(_) => {}
         }
     }
 }

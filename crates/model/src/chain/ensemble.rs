@@ -19,7 +19,7 @@ use crate::{
     Estimate, ModelError,
     contact_law::{ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, for_terms, terms_of},
     number::{Lane, Mask, Number, WIDTH},
-    scene::{DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene},
+    scene::{DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene, Support},
 };
 use granchain_signal::Series;
 
@@ -81,7 +81,8 @@ impl Ensemble {
         let shakes = scene.drive.shakes().iter().map(|drive| sampled(drive, steps, step)).collect();
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, effects, .. } = system;
-        let (scene, fitted, is_single) = (scene.clone(), fitted.cloned(), effects.is_some());
+        let is_single = effects.is_some() || scene.is_struck() || matches!(scene.support, Support::Foundation { .. });
+        let (scene, fitted) = (scene.clone(), fitted.cloned());
         Ok(Self { scene, laws, coupling, inverse_mass, drive, shakes, steps, step, is_single, fitted })
     }
 
@@ -238,6 +239,7 @@ impl Work {
                     Law::FiniteHertz(law) => Law::FiniteHertz(FiniteHertz { stiffness: factor * law.stiffness, ..law }),
                     Law::Annulus(annulus) => Law::Annulus(annulus.times(of_support)),
                     Law::Spring(spring) => Law::Spring(Spring { stiffness: of_support * spring.stiffness }),
+                    law @ Law::HertzOnSpring(_) => law,
                 };
                 let gap = gap + variation.gap_offsets[contact];
                 let force = variation.precompression;
@@ -247,6 +249,7 @@ impl Work {
                     Law::Hertz(hertz) => hertz.stiffness,
                     Law::FiniteHertz(law) => law.stiffness,
                     Law::Spring(spring) => spring.stiffness,
+                    Law::HertzOnSpring(law) => law.stiffness,
                     Law::Annulus(annulus) => annulus.stiffness_factor(),
                 };
                 let end = contact == 0 || contact == last;
@@ -282,7 +285,8 @@ impl Work {
                 self.all_steps::<DAMPED, COUPLED_SPRING>(ensemble);
             }
             _ if ensemble.coupling.is_some() => self.all_steps::<DAMPED, COUPLED>(ensemble),
-            Law::Hertz(_) | Law::FiniteHertz(_) => self.all_steps::<DAMPED, HERTZ>(ensemble),
+            // One on a spring goes alone.
+            Law::Hertz(_) | Law::FiniteHertz(_) | Law::HertzOnSpring(_) => self.all_steps::<DAMPED, HERTZ>(ensemble),
             Law::Annulus(_) => self.all_steps::<DAMPED, ANNULUS>(ensemble),
             Law::Spring(_) => self.all_steps::<DAMPED, SPRING>(ensemble),
         }

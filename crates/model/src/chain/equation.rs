@@ -187,7 +187,9 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
             // What it yields with is no part of its elastic law.
             Law::Hertz(_) if self.yields(contact) => self.hertz[contact] = 0.0,
             Law::Hertz(hertz) => self.hertz[contact] = pressed * hertz.stiffness,
-            Law::FiniteHertz(_) | Law::Annulus(_) | Law::Spring(_) => self.support_pressed = pressed,
+            Law::FiniteHertz(_) | Law::Annulus(_) | Law::Spring(_) | Law::HertzOnSpring(_) => {
+                self.support_pressed = pressed;
+            }
         }
     }
 

@@ -182,6 +182,7 @@ impl FiniteBodyLaws {
         let support = match laws[contacts - 1] {
             Law::Annulus(law) => ring.map(|(_, factor, _)| Law::Annulus(law.unscaled().times(factor))),
             Law::Spring(_) => spring.map(|stiffness| Law::Spring(Spring { stiffness })),
+            Law::HertzOnSpring(_) => None,
             law @ (Law::Hertz(_) | Law::FiniteHertz(_)) => flat.filter(|_| spring.is_none()).map(|_| law),
         };
         let Some(support) = support else {

@@ -98,9 +98,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         // A tolerance cannot ask for more than rounding of forces and displacements gives.
         let lightest = system.mass[1..=beads].iter().copied().fold(f64::INFINITY, f64::min);
         let force_scale = lightest * velocity_scale / system.natural_time;
-        let static_overlap = system.laws.iter().map(|law| law.overlap(system.precompression)).fold(0.0, f64::max);
+        let pressed = system.laws.iter().zip(&system.static_force);
+        let static_overlap = pressed.map(|(law, force)| law.overlap(*force)).fold(0.0, f64::max);
+        let static_force = system.static_force.iter().copied().fold(0.0, f64::max);
         let rounding = 8.0 * f64::EPSILON;
-        let velocity_floor = rounding * system.precompression * system.natural_time / lightest;
+        let velocity_floor = rounding * static_force * system.natural_time / lightest;
         let displacement_floor = rounding * static_overlap;
         let scales = stepper.inverse_scale.as_flattened_mut();
         scales[1..=beads].fill(1.0 / (control.tolerance * displacement_scale).max(displacement_floor));
@@ -222,7 +224,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             if first {
                 grid.begin(&mut self.equation, self.stepper.state.as_flattened());
                 first = false;
-                if self.system.precompression == 0.0 {
+                if self.system.static_force[0] == 0.0 {
                     pace = Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() };
                 }
             }

@@ -3,7 +3,7 @@
 use super::finite_body::FiniteBodyLaws;
 use crate::{
     ModelError,
-    contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
+    contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness, foundation},
     scene::{FlatContact, Scene, Support},
 };
 
@@ -36,6 +36,7 @@ impl ContactLaws {
         laws.push(match scene.support {
             Support::Annulus { stiffness_factor, .. } => Law::Annulus(Annulus::new(stiffness_factor)),
             Support::Spring { stiffness } => Law::Spring(Spring { stiffness }),
+            ref other if let Some((law, _)) = foundation(last, other) => law,
             ref other => hertz(bead_flat_stiffness(last, other.flat().unwrap_or(FlatContact::Rigid))),
         });
         Ok(Self { laws, couplings: None })

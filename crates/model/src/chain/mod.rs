@@ -6,10 +6,13 @@
 //!
 //! and the overlaps δ_i = δ⁰_i − g_i + u_i − u_{i+1}. u₀ is the prescribed motion of the piston times α, u_{N+1} = 0 the support; g_i
 //! are the initial gaps, and δ⁰_i the overlaps that carry the precompression F₀, so a precompressed chain starts in exact
-//! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise.
+//! equilibrium with the flats moved in by as much. The beads start at rest unless an [`InitialState`] says otherwise. A striker is one
+//! bead more, in front of the first, with a velocity and no piston. Gravity adds m_i g, and to the static force of a contact the weight
+//! of the beads before it.
 //!
-//! A scene may ask for more: a compliant horn, drag and friction of the bead guide, contacts that yield, an annulus that relaxes (`acting.rs`).
-//! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction between beads, gravity.
+//! A scene may ask for more: a compliant horn, drag and friction of the bead guide, contacts that yield, an annulus that relaxes, gravity
+//! (`effect_state.rs`).
+//! Left out: bead elasticity outside the contact law (the lowest bead mode lies at 36 times the drive), rotation, friction between beads.
 
 mod coupling;
 mod crossing;
@@ -65,6 +68,12 @@ impl InitialState {
     pub fn at_rest(beads: usize) -> Self {
         Self { displacements: vec![0.0; beads], velocities: vec![0.0; beads] }
     }
+
+    /// The same behind a striker of that velocity (m/s) that touches the first bead.
+    fn behind(&self, velocity: f64) -> Self {
+        let joined = |first: f64, rest: &[f64]| [&[first], rest].concat();
+        Self { displacements: joined(0.0, &self.displacements), velocities: joined(velocity, &self.velocities) }
+    }
 }
 
 impl Model for ChainModel {
@@ -109,6 +118,14 @@ impl ChainModel {
     ) -> Result<Response, ModelError> {
         refuse_excess(scene)?;
         let mut system = System::new(scene, fitted)?;
+        let struck;
+        let initial = match scene.striker_velocity() {
+            Some(velocity) => {
+                struck = initial.behind(velocity);
+                &struck
+            }
+            None => initial,
+        };
         let mut grid = Grid::new(scene, &system, motion);
         let velocity_scale = scale(&mut system, initial, grid.piston_speed());
         let (energy, work) = match scene.model.integrator {
@@ -118,7 +135,7 @@ impl ChainModel {
             }
             Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
         };
-        Ok(grid.response(energy, work))
+        Ok(grid.response(energy, work).counted(scene.is_struck(), scene.chain.sensor))
     }
 }
 
@@ -206,7 +223,7 @@ fn fixed(
 ) -> Result<(EnergyLedger, SolverWork), ModelError> {
     use symplectic::integrate as run;
     if system.effects.is_some() {
-        let reason = "the fixed step supports neither compliant horn nor bead guide, yield and relaxation; set `model.integrator` = \"dormand-prince-853\"";
+        let reason = "the fixed step supports neither compliant horn nor bead guide, yield, relaxation and gravity; set `model.integrator` = \"dormand-prince-853\"";
         return Err(ModelError::Unsupported { model: "chain", reason: reason.into() });
     }
     specialised!(system, run(motion, initial, step, grid, progress))

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{
     ModelError,
-    contact_law::{Dashpot, ElasticLaw, Law, dashpots},
-    scene::{Limits, Scene},
+    contact_law::{Dashpot, ElasticLaw, Law, dashpots, foundation},
+    scene::{DampingTerm, Limits, Scene},
 };
 
 /// The assembled chain.
@@ -33,8 +33,8 @@ pub(super) struct System {
     pub tension: bool,
     /// Smallest of the natural times of the contacts, s: (m²/k²v)^(1/5) or √(m/k).
     pub natural_time: f64,
-    /// Static force F₀, N.
-    pub precompression: f64,
+    /// Static force of each contact, N: the precompression F₀ and the weight of the beads before it that rest.
+    pub static_force: Vec<f64>,
     /// How the contacts of finite bodies feel one another; none with the law of Hertz.
     pub coupling: Option<Coupling>,
     /// Effects beside contacts and dashpots; none where the scene has none.
@@ -45,6 +45,7 @@ impl System {
     /// Assemble the scene's chain; `fitted` are the laws of its bodies where it asks for such and they are known already.
     pub(crate) fn new(scene: &Scene, fitted: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
         scene.validate()?;
+        let scene = &*scene.with_striker();
         let chain = &scene.chain;
         let beads = chain.beads.len();
         let padded = (beads + 2).next_multiple_of(4);
@@ -56,10 +57,27 @@ impl System {
         let ContactLaws { mut laws, couplings } = ContactLaws::of(scene, fitted)?;
         effects::tilt(scene, &mut laws);
         let coupling = couplings.map(|beads| Coupling::new(&laws, &beads, padded));
-        let force = chain.precompression;
-        let mut offset: Vec<f64> = laws.iter().zip(scene.gaps()).map(|(law, gap)| law.overlap(force) - gap).collect();
+        let mut static_force = vec![chain.precompression; beads + 1];
+        let resting = if scene.is_struck() { 2 } else { 1 };
+        for contact in (resting..=beads).filter(|_| chain.gravity > 0.0) {
+            static_force[contact] = static_force[contact - 1] + chain.gravity * mass[contact];
+        }
+        let mut offset: Vec<f64> = laws
+            .iter()
+            .zip(&static_force)
+            .zip(scene.gaps())
+            .map(|((law, force), gap)| law.overlap(*force) - gap)
+            .collect();
         if let Some(coupling) = &coupling {
-            offset.iter_mut().enumerate().for_each(|(contact, offset)| *offset += coupling.under(contact, force));
+            let moved = |contact: usize| coupling.under(contact, chain.precompression);
+            offset.iter_mut().enumerate().for_each(|(contact, offset)| *offset += moved(contact));
+        }
+        let mut dashpots = dashpots(&scene.damping, beads + 1);
+        if let (Some((_, own)), Some(last)) = (foundation(&chain.beads[beads - 1], &scene.support), dashpots.last_mut())
+        {
+            for term in DampingTerm::ALL {
+                last.coefficients[term] += own.coefficients[term];
+            }
         }
         offset.resize(padded, f64::NEG_INFINITY);
         Ok(Self {
@@ -69,8 +87,8 @@ impl System {
             inverse_mass,
             offset,
             natural_time: 0.0,
-            precompression: force,
-            dashpots: dashpots(&scene.damping, beads + 1),
+            static_force,
+            dashpots,
             tension: scene.damping.tension,
             effects: Effects::of(scene, &laws, coupling.is_some())?,
             laws,
@@ -94,12 +112,15 @@ impl System {
         self.natural_time = self
             .laws
             .iter()
-            .map(|law| {
-                let static_time = (lightest / law.tangent_stiffness(law.overlap(self.precompression))).sqrt();
+            .zip(&self.static_force)
+            .map(|(law, force)| {
+                let static_time = (lightest / law.tangent_stiffness(law.overlap(*force))).sqrt();
                 let moving = match law {
                     Law::Hertz(hertz) => (lightest / hertz.stiffness).powi(2) / velocity,
                     Law::FiniteHertz(law) => (lightest / law.stiffness).powi(2) / velocity,
-                    Law::Annulus(_) | Law::Spring(_) => (lightest / law.tangent_stiffness(1e-6)).powf(2.5),
+                    Law::Annulus(_) | Law::Spring(_) | Law::HertzOnSpring(_) => {
+                        (lightest / law.tangent_stiffness(1e-6)).powf(2.5)
+                    }
                 };
                 static_time.min(moving.powf(0.2))
             })
@@ -111,7 +132,7 @@ impl System {
     pub(crate) fn refuse_stiffness(&self, velocity: f64, limits: &Limits) -> Result<(), ModelError> {
         let lightest = self.mass[1..=self.beads].iter().copied().fold(f64::INFINITY, f64::min);
         for (contact, (dashpot, law)) in self.dashpots.iter().zip(&self.laws).enumerate() {
-            let overlap = law.overlap(self.precompression) + velocity * self.natural_time;
+            let overlap = law.overlap(self.static_force[contact]) + velocity * self.natural_time;
             let coefficient = dashpot.resistance(overlap.sqrt());
             let (ratio, limit) = (4.0 * coefficient / lightest * self.natural_time, limits.stiffness);
             if ratio > limit {

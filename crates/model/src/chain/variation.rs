@@ -71,19 +71,23 @@ impl Variation {
     }
 
     /// The scene with this written into it, for models that know only scenes and take no negative gap: `closed` says what becomes of one.
-    /// A precompression closes every gap.
+    /// A precompression closes every gap, and so does gravity.
     pub fn written_into(&self, scene: &Scene, closed: fn(f64) -> f64) -> Scene {
         let mut scene = scene.clone();
         scene.amplitude_scale = self.amplitude_scale;
         scene.damping.coefficients = self.damping;
         scene.chain.precompression = self.precompression;
+        let is_pressed = self.precompression > 0.0 || scene.chain.gravity > 0.0;
         for (gap, offset) in scene.chain.gaps.iter_mut().zip(&self.gap_offsets) {
-            *gap = if self.precompression > 0.0 { 0.0 } else { closed(*gap + offset) };
+            *gap = if is_pressed { 0.0 } else { closed(*gap + offset) };
         }
         if let Some(own) = scene.support.stiffness_mut() {
             *own *= self.support_stiffness_factor;
         }
         scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= self.modulus_factor);
+        if let DriveKind::Striker { bead, .. } = &mut scene.drive.kind {
+            bead.material.youngs_modulus *= self.modulus_factor;
+        }
         self.effects.write_into(&mut scene);
         if let DriveKind::Record { displacement, shakes, .. } = &mut scene.drive.kind {
             for (part, shake) in self.shaken.iter().zip(shakes) {
@@ -107,6 +111,7 @@ impl Variation {
             scene.damping.coefficients[term] /= faster;
         }
         scene.chain.precompression /= factor;
+        scene.chain.gravity /= factor;
         if let Some(own) = scene.support.stiffness_mut() {
             *own /= factor;
         }
@@ -122,8 +127,10 @@ impl Variation {
             }
             kind => {
                 scene.drive.frequency /= faster;
-                if let DriveKind::ToneBurst { ring_up, .. } = kind {
-                    *ring_up *= faster;
+                match kind {
+                    DriveKind::ToneBurst { ring_up, .. } => *ring_up *= faster,
+                    DriveKind::Striker { velocity, .. } => *velocity /= faster,
+                    _ => {}
                 }
             }
         }

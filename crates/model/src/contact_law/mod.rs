@@ -11,6 +11,7 @@ mod annulus;
 mod dashpot;
 mod finite_body;
 mod finite_hertz;
+pub mod foundation;
 mod hertz;
 mod yielding;
 
@@ -21,6 +22,8 @@ pub(crate) use dashpot::{ALL_TERMS, Terms, for_terms, terms_of};
 pub use dashpot::{Dashpot, dashpots};
 pub use finite_body::FiniteBody;
 pub use finite_hertz::FiniteHertz;
+pub(crate) use foundation::foundation;
+pub use foundation::{HertzOnSpring, plate_on_half_space};
 pub(crate) use hertz::touching;
 pub use hertz::{Hertz, bead_flat_stiffness, bead_pair_stiffness, hertz_force, hertz_stiffness};
 pub(crate) use hertz::{effective_modulus, hertz_energy};
@@ -80,6 +83,8 @@ pub enum Law {
     /// The resin annulus under the last bead.
     Annulus(Annulus),
     Spring(Spring),
+    /// The last bead on a plate on a half-space.
+    HertzOnSpring(HertzOnSpring),
 }
 
 impl ElasticLaw for Law {
@@ -91,6 +96,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.force(overlap),
             Self::Annulus(law) => law.force(overlap),
             Self::Spring(law) => law.force(overlap),
+            Self::HertzOnSpring(law) => law.force(overlap),
         }
     }
 
@@ -100,6 +106,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.tangent_stiffness(overlap),
             Self::Annulus(law) => law.tangent_stiffness(overlap),
             Self::Spring(law) => law.tangent_stiffness(overlap),
+            Self::HertzOnSpring(law) => law.tangent_stiffness(overlap),
         }
     }
 
@@ -109,6 +116,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.energy(overlap),
             Self::Annulus(law) => law.energy(overlap),
             Self::Spring(law) => law.energy(overlap),
+            Self::HertzOnSpring(law) => law.energy(overlap),
         }
     }
 
@@ -118,6 +126,7 @@ impl ElasticLaw for Law {
             Self::FiniteHertz(law) => law.overlap(force),
             Self::Annulus(law) => law.overlap(force),
             Self::Spring(law) => law.overlap(force),
+            Self::HertzOnSpring(law) => law.overlap(force),
         }
     }
 }
@@ -150,6 +159,7 @@ mod tests {
             Law::Annulus(Annulus::new(0.7)),
             Law::Annulus(Annulus::fitted(1.3e-6, 0.2e-6).times(1.2)),
             Law::Spring(Spring { stiffness: 1e6 }),
+            Law::HertzOnSpring(HertzOnSpring { stiffness: 2.3e9, spring: 1e6 }),
         ];
         for law in laws {
             for overlap in [1e-8, 1e-6, 5e-6, 3e-5] {

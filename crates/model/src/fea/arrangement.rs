@@ -123,7 +123,9 @@ impl Arrangement {
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
                 None
             }
-            Support::Flat(FlatContact::HalfSpace) => return Err(FeaError::HalfSpace { key: "support.kind" }),
+            Support::Flat(FlatContact::HalfSpace) | Support::Foundation { .. } => {
+                return Err(FeaError::HalfSpace { key: "support.kind" });
+            }
             Support::Disc { shape, mesh_density } => {
                 let failed = |source: DiscError| FeaError::Front(Box::new(source.into()));
                 let disc = Disc::for_contact(shape, *mesh_density as usize).map_err(failed)?;
@@ -290,7 +292,7 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
 /// Mesh of the support of a scene, and the materials its elements name; none where it is a flat.
 pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
     match &scene.support {
-        Support::Flat(_) | Support::Free | Support::Spring { .. } => Ok(None),
+        Support::Flat(_) | Support::Free | Support::Spring { .. } | Support::Foundation { .. } => Ok(None),
         Support::Disc { shape, mesh_density } => {
             let disc = Disc::for_contact(shape, *mesh_density as usize)
                 .map_err(|source| FeaError::Front(Box::new(source.into())))?;

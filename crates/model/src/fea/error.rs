@@ -26,6 +26,8 @@ pub enum FeaError {
         "`{key}` = \"half-space\": it cannot be meshed; use \"rigid\", or `support.mesh` with a body of your own, or model.kind = \"chain\""
     )]
     HalfSpace { key: &'static str },
+    #[error("model `fea` does not have {what}; set `model.kind` = \"chain\"")]
+    BeyondModel { what: &'static str },
     #[error(transparent)]
     Front(#[from] Box<crate::water::WaterError>),
     #[error("`chain.precompression` {force:e} N on a free disc: nothing holds it; set `disc.rim` or no precompression")]

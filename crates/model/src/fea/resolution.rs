@@ -36,6 +36,8 @@ fn approach(scene: &Scene) -> f64 {
     let peak = match &scene.drive.kind {
         DriveKind::Record { displacement, .. } => displacement.peak(),
         DriveKind::UnreadRecord { .. } => return 0.0,
+        // Largest overlap of Hertz' collision, from its duration.
+        DriveKind::Striker { velocity, .. } => velocity / (2.943 * scene.drive.frequency),
         _ => scene.drive.amplitude,
     };
     (scene.amplitude_scale * peak).abs()

@@ -73,6 +73,7 @@ pub struct Simulation<'a> {
     piston: f64,
     /// Force at which every contact would yield, N, where that is known.
     yield_forces: Vec<Option<f64>>,
+    sensor: Option<usize>,
     /// Where the drive alone puts the piston, m.
     driven: f64,
     horn: Option<HornMotion<f64>>,
@@ -116,6 +117,9 @@ impl<'a> Simulation<'a> {
         let mut profile = Profile::default();
         let mut lap = profile.start();
         refuse_losses(scene)?;
+        if let Some((_, what)) = scene.beyond_model() {
+            return Err(FeaError::BeyondModel { what });
+        }
         let arrangement = Arrangement::new(scene)?;
         resolution::check(
             scene,
@@ -207,6 +211,7 @@ impl<'a> Simulation<'a> {
             driven: piston,
             horn: scene.horn.map(|_| HornMotion::at_rest()),
             attached,
+            sensor: scene.chain.sensor,
             yield_forces: yield_forces(scene),
             ledger,
             profile,
@@ -272,7 +277,7 @@ impl<'a> Simulation<'a> {
             wet.disc.count(&mut response.work);
             wet.record.clone().enter_behind(front, water, wet.energies, &mut response);
         }
-        response
+        response.counted(false, self.sensor)
     }
 
     /// Take one nominal step.

@@ -82,7 +82,13 @@ impl Curve {
             (Touching::BeadAnnulus, None) => Support::resin_annulus(1.0),
             _ => Support::Flat(FlatContact::Rigid),
         };
-        let chain = Chain { beads: vec![bead.clone(); count], gaps: vec![0.0; count + 1], precompression: 0.0 };
+        let chain = Chain {
+            beads: vec![bead.clone(); count],
+            gaps: vec![0.0; count + 1],
+            precompression: 0.0,
+            gravity: 0.0,
+            sensor: None,
+        };
         let part = Scene { chain, support, piston: FlatContact::Rigid, ..scene.clone() };
         let arrangement = Arrangement::new(&part)?;
         let interfaces = Interfaces::new(&arrangement);

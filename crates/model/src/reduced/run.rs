@@ -38,6 +38,7 @@ pub(crate) fn can_run_together(one: &Scene, other: &Scene) -> bool {
     let has = |scene: &Scene| (scene.horn.is_some(), scene.holder.is_some());
     one.water.is_none()
         && other.water.is_none()
+        && one.drive.kind.striker().or(other.drive.kind.striker()).is_none()
         && one.support == other.support
         && one.loss == other.loss
         && (kept(one), has(one)) == (kept(other), has(other))
@@ -54,6 +55,9 @@ impl Reduction {
         let sampling = self.sampling(scene)?;
         let step = sampling.step();
         let mut run = Single::new(self, scene, step, motion.at(0.0).0)?;
+        if let (Some(velocity), Some(striker)) = (scene.striker_velocity(), run.motion.bodies[1].as_mut()) {
+            striker.rigid_velocity = velocity;
+        }
         let mut record = Record::new(sampling, self.beads.len());
         let mut water_record = scene.water.as_ref().map(|water| WaterRecord::new(Some(water), sampling.samples));
         let sample_water = |run: &Single<'_>, water_record: &mut Option<WaterRecord>| {

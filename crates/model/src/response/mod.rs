@@ -23,6 +23,7 @@ use granchain_signal::Series;
 /// Everything a run produced, unfiltered, positive from piston to support, all series on one time grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
+    /// Displacement of the piston, or of the striker in its place, m.
     pub piston_displacement: Series,
     /// Displacement of each bead, m.
     pub bead_displacement: Vec<Series>,
@@ -34,6 +35,9 @@ pub struct Response {
     pub observed: ObservedPoint,
     /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
     pub contact_force: Vec<Series>,
+    /// Mean force of the two contacts of the scene's sensor bead, N: what a sensor embedded in it reads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor_force: Option<Series>,
     /// Radius of each of the N + 1 contacts, m, ≥ 0, 0 where open: half the width of the pressed zone along the surface. Only where the
     /// model resolves it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -72,6 +76,22 @@ impl ObservedPoint {
 }
 
 impl Response {
+    /// As its scene counts: a striker, the first bead of the chain that ran, in the piston's place, and what the sensor bead of that number reads.
+    pub(crate) fn counted(mut self, is_struck: bool, sensor: Option<usize>) -> Self {
+        if is_struck {
+            self.piston_displacement = self.bead_displacement.remove(0);
+            self.bead_velocity.remove(0);
+            self.contact_force.remove(0);
+            self.contact_radius.as_mut().map(|radii| radii.remove(0));
+        }
+        self.sensor_force = sensor.map(|bead| {
+            let [before, after] = [&self.contact_force[bead - 1], &self.contact_force[bead]];
+            let mean = before.values.iter().zip(&after.values).map(|(a, b)| 0.5 * (a + b)).collect();
+            Series::new(before.start, before.step, mean)
+        });
+        self
+    }
+
     /// Velocity of the point of the last bead that a laser looks at, m/s: what a vibrometer's record is held against.
     pub fn observed_velocity(&self) -> &Series {
         match self.observed {

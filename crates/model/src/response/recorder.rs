@@ -48,6 +48,7 @@ impl Recorder {
             observed,
             contact_radius: (!self.radius.is_empty()).then(|| all(self.radius)),
             contact_force: all(self.force),
+            sensor_force: None,
             disc: None,
             energy,
             work,

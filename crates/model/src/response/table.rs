@@ -6,7 +6,7 @@ use granchain_signal::Series;
 /// Write the response as CSV, one line an instant, LF, shortest floats that read back exactly:
 /// `time_s,piston_displacement_m,bead1_velocity_m_per_s…beadN_velocity_m_per_s,pole_velocity_m_per_s,contact1_force_n…contact{N+1}_force_n`,
 /// behind them `contact1_radius_m…contact{N+1}_radius_m` where the model gives the radii, and where the scene has a disc
-/// `disc_velocity_m_per_s,pressure_pa,pressure_2_pa…`, a pressure for every field point.
+/// `disc_velocity_m_per_s,pressure_pa,pressure_2_pa…`, a pressure for every field point; `sensor_force_n` last where it has a sensor bead.
 pub fn write_csv(response: &Response, mut writer: impl Write) -> io::Result<()> {
     let columns = columns(response);
     let mut line = String::with_capacity(32 * (columns.len() + 1));
@@ -52,6 +52,7 @@ pub fn columns(response: &Response) -> Vec<(String, &Series)> {
         .chain(forces)
         .chain(radii)
         .chain(of_disc)
+        .chain(response.sensor_force.iter().map(|series| ("sensor_force_n".to_owned(), series)))
         .collect()
 }
 
@@ -76,6 +77,7 @@ mod tests {
             observed: crate::response::ObservedPoint::Pole,
             contact_force: vec![series([0.0, 1.0 / 3.0]), series([0.0, 0.0])],
             contact_radius: None,
+            sensor_force: None,
             disc: None,
             energy: EnergyLedger::default(),
             work: crate::response::SolverWork::default(),

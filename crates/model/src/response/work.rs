@@ -52,6 +52,9 @@ pub struct SolverWork {
     pub holder_evaluations: u64,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub friction_turns: u64,
+    /// Evaluations of the weight of a bead.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub gravity_evaluations: u64,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yields: u64,
     /// Evaluations of the relaxation of a support.

@@ -10,11 +10,12 @@ pub struct BuiltIn {
     pub toml: &'static str,
 }
 
-pub const BUILT_IN: [BuiltIn; 4] = [
+pub const BUILT_IN: [BuiltIn; 5] = [
     BuiltIn { name: "rigid", toml: include_str!("builtin/rigid.toml") },
     BuiltIn { name: "annulus", toml: include_str!("builtin/annulus.toml") },
     BuiltIn { name: "chain", toml: include_str!("builtin/chain.toml") },
     BuiltIn { name: "water", toml: include_str!("builtin/water.toml") },
+    BuiltIn { name: "impact", toml: include_str!("builtin/impact.toml") },
 ];
 
 pub(super) fn find(name: &str, place: Option<Place>) -> Result<&'static BuiltIn, SceneError> {

@@ -34,6 +34,7 @@ impl Drive {
             DriveKind::SineCycles { cycles }
             | DriveKind::ToneBurst { cycles, .. }
             | DriveKind::GaussianBurst { cycles } => (0.0, cycles / self.frequency),
+            DriveKind::Striker { .. } => (0.0, 1.0 / self.frequency),
             DriveKind::UnreadRecord { .. } => (0.0, 0.0),
             DriveKind::Record { displacement, recorded_until, .. } => {
                 let peak = displacement.peak();
@@ -58,7 +59,10 @@ impl Drive {
         match &self.kind {
             DriveKind::Record { recorded_until, .. } => self.burst().1 < *recorded_until,
             DriveKind::UnreadRecord { .. } => false,
-            DriveKind::SineCycles { .. } | DriveKind::ToneBurst { .. } | DriveKind::GaussianBurst { .. } => true,
+            DriveKind::SineCycles { .. }
+            | DriveKind::ToneBurst { .. }
+            | DriveKind::GaussianBurst { .. }
+            | DriveKind::Striker { .. } => true,
         }
     }
 }

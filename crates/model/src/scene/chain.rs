@@ -24,6 +24,18 @@ impl Bead {
     }
 }
 
+impl Bead {
+    /// Duration of a Hertz collision with another bead at a relative speed v (m/s), 2.9433 ((15/16) m_r/(E* √R* √v))^(2/5), s: how fast what happens under a
+    /// striker is. [`crate::analytical::Collision`] has it from a stiffness.
+    pub(super) fn collision_duration(&self, other: &Self, speed: f64) -> f64 {
+        let compliance = |bead: &Self| (1.0 - bead.material.poissons_ratio.powi(2)) / bead.material.youngs_modulus;
+        let modulus = 1.0 / (compliance(self) + compliance(other));
+        let radius = self.radius * other.radius / (self.radius + other.radius);
+        let reduced_mass = self.mass() * other.mass() / (self.mass() + other.mass());
+        2.943_275_184_324_7 * (0.9375 * reduced_mass / (modulus * radius.sqrt() * speed.sqrt())).powf(0.4)
+    }
+}
+
 /// N beads and the N + 1 contacts around them, numbered from the piston.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
@@ -32,6 +44,10 @@ pub struct Chain {
     pub gaps: Vec<f64>,
     /// Static force F₀ along the chain before the drive starts, N, ≥ 0; needs all gaps closed.
     pub precompression: f64,
+    /// Acceleration of gravity along the axis, from piston or striker to the support, m/s²; 0 for none.
+    pub gravity: f64,
+    /// Number of the bead, from 1, whose two contact forces an embedded sensor reads; none without one.
+    pub sensor: Option<usize>,
 }
 
 impl Chain {

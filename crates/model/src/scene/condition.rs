@@ -3,14 +3,19 @@
 use super::key::When::{self, Is};
 
 /// Words of choices that are more than one value of a scene.
-pub(super) const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine"];
-pub(super) const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "body", "disc", "free"];
+pub(super) const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine", "striker"];
+pub(super) const SUPPORTS: &[&str] =
+    &["rigid", "half-space", "annulus", "spring", "foundation", "body", "disc", "free"];
 pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const METHODS: &[&str] = &["rayleigh", "elements"];
 pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
 pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
 pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
 
+/// A piston drives.
+pub(super) const HORN: &[When] = &[Is("drive.kind", &["record", "tone-burst", "gaussian-burst", "sine"])];
+pub(super) const STRIKER: &[When] = &[Is("drive.kind", &["striker"])];
+pub(super) const FOUNDATION: &[When] = &[Is("support.kind", &["foundation"])];
 pub(super) const RING: &[When] = &[Is("support.kind", &["annulus"])];
 pub(super) const BODY_MESH: &[When] = &[Is("model.kind", &["reduced", "fea"])];
 pub(super) const MESHED: &[When] =

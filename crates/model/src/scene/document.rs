@@ -138,6 +138,11 @@ impl Document {
                 }
             }
         }
+        for [own, other] in [["drive.velocity", "drive.height"], ["drive.height", "drive.velocity"]] {
+            if upper.entries.contains_key(own) {
+                self.entries.remove(other);
+            }
+        }
         if upper.entries.contains_key("chain.gaps") {
             self.entries.retain(|key, _| !key.starts_with("chain.gaps."));
         }

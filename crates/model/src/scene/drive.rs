@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use granchain_signal::Series;
 
-use super::{Scene, motion::Motion};
+use super::{Bead, Scene, motion::Motion};
 
 /// Drive frequency of a scene whose record is not read yet, where it states none, Hz.
 pub(crate) const UNREAD_FREQUENCY: f64 = 73e3;
@@ -14,6 +14,7 @@ pub struct Drive {
     pub kind: DriveKind,
     /// Peak displacement, m; 1 for a record, which carries its own.
     pub amplitude: f64,
+    /// Drive frequency f0, Hz; of a striker one over the duration of its Hertz collision with the first bead.
     pub frequency: f64,
 }
 
@@ -37,6 +38,12 @@ pub enum DriveKind {
         /// Realisations of what is not known of the displacement, m, at its instants: a run may add any mixture of them. None where it is known.
         shakes: Vec<Series>,
         file: Option<PathBuf>,
+    },
+    /// No piston: a bead that touches the first one at t = 0 with a velocity, free before and after.
+    Striker {
+        bead: Bead,
+        /// Velocity at α = 1 towards the chain, m/s.
+        velocity: f64,
     },
     /// A record that has not been read yet; no model runs it. The caller reads it and uses `Scene::with_drive_record`.
     UnreadRecord { file: PathBuf },
@@ -111,6 +118,7 @@ impl DriveKind {
             Self::ToneBurst { .. } => "tone-burst",
             Self::GaussianBurst { .. } => "gaussian-burst",
             Self::Record { .. } | Self::UnreadRecord { .. } => "record",
+            Self::Striker { .. } => "striker",
         }
     }
 
@@ -120,8 +128,13 @@ impl DriveKind {
             Self::SineCycles { cycles } | Self::ToneBurst { cycles, .. } | Self::GaussianBurst { cycles } => {
                 Some(cycles)
             }
-            Self::Record { .. } | Self::UnreadRecord { .. } => None,
+            Self::Record { .. } | Self::UnreadRecord { .. } | Self::Striker { .. } => None,
         }
+    }
+
+    /// The bead that strikes the chain and its velocity at α = 1, m/s.
+    pub const fn striker(&self) -> Option<(&Bead, f64)> {
+        if let Self::Striker { bead, velocity } = self { Some((bead, *velocity)) } else { None }
     }
 }
 

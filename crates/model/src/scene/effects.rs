@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn,
-    ModelKind, Relaxation, Scene, Scheme, TermDescription,
+    ModelKind, Relaxation, Scene, Scheme, Support, TermDescription, setting::given,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -44,7 +44,7 @@ pub fn effects(scene: &Scene) -> Vec<Effect> {
         effect(name, (value > 0.0, setting(symbol, value, *dimension)))
     });
     let parts = [contact_effects(scene), further_effects(scene), water_effects(scene), mesh_effects(scene)];
-    dampers.into_iter().chain(parts.into_iter().flatten()).collect()
+    dampers.into_iter().chain(parts.into_iter().flatten()).chain(impact_effects(scene)).collect()
 }
 
 fn contact_effects(scene: &Scene) -> Vec<Effect> {
@@ -175,6 +175,36 @@ fn further_effects(scene: &Scene) -> Vec<Effect> {
         effect("relaxing annulus", relaxation),
         effect("loss in the bodies", lossy),
     ]
+}
+
+/// What a column under a striker has; listed where it is on only.
+fn impact_effects(scene: &Scene) -> impl Iterator<Item = Effect> {
+    let chain = &scene.chain;
+    let striker = scene.drive.kind.striker().map(|(bead, velocity)| {
+        let velocity = setting("drive.velocity", velocity, Dimension::VELOCITY);
+        format!("{velocity}, {}", setting("drive.radius", bead.radius, Dimension::LENGTH))
+    });
+    let gravity = given(chain.gravity).map(|gravity| setting("chain.gravity", gravity, Dimension::ACCELERATION));
+    let foundation = match &scene.support {
+        Support::Foundation { youngs_modulus, loss_time, .. } => Some(format!(
+            "{}, {}",
+            setting("support.youngs_modulus", *youngs_modulus, Dimension::PRESSURE),
+            setting("support.loss_time", *loss_time, Dimension::TIME)
+        )),
+        _ => None,
+    };
+    let plate = scene.support.plate();
+    let plate = plate.map(|plate| setting("support.plate_thickness", plate.thickness, Dimension::LENGTH));
+    let sensor = chain.sensor.map(|bead| format!("chain.sensor = {bead}"));
+    [
+        ("striker", striker),
+        ("gravity", gravity),
+        ("elastic foundation", foundation),
+        ("plate on the foundation", plate),
+        ("force at a sensor bead", sensor),
+    ]
+    .into_iter()
+    .filter_map(|(name, why)| Some(effect(name, on(why?))))
 }
 
 fn water_effects(scene: &Scene) -> Vec<Effect> {

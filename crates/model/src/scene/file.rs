@@ -123,7 +123,7 @@ fn assemble(
     reader.refuse_unused()?;
     let scene = scene(&reader, name, &mut notes)?;
     reader.check_materials()?;
-    let lacks_frequency = !reader.has("drive.frequency");
+    let lacks_frequency = scene.pending_record().is_some() && !reader.has("drive.frequency");
     Ok(Loaded { scene, notes, lacks_frequency })
 }
 
@@ -132,6 +132,9 @@ const FLATS: [&str; 2] = ["piston.contact", "support.kind"];
 fn of_the_chain(document: &Document) -> Option<String> {
     if let Some(key) = FLATS.into_iter().find(|key| document.text(key) == Some("half-space")) {
         return Some(format!("the half-space of `{key}` has no body that could be meshed"));
+    }
+    if document.text("support.kind") == Some("foundation") {
+        return Some("the foundation of `support.kind` has a force law and no mesh".to_owned());
     }
     if document.text("support.kind") == Some("disc") {
         return Some(
@@ -144,7 +147,7 @@ fn of_the_chain(document: &Document) -> Option<String> {
     if is_own {
         return Some("its integrator is asked for".into());
     }
-    ["contact.law", "contact.yield_strength"]
+    ["contact.law", "contact.yield_strength", "chain.gravity"]
         .into_iter()
         .find(|key| document.entries.contains_key(*key))
         .map(|key| format!("`{key}` is of the chain"))

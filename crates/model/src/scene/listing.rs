@@ -34,7 +34,8 @@ impl Scene {
 
     fn materials_in_use(&self) -> Vec<&Material> {
         let beads = self.chain.beads.iter().map(|bead| &bead.material);
-        let all = beads.chain(self.support.material()).chain(&self.materials);
+        let striker = self.drive.kind.striker().map(|(bead, _)| &bead.material);
+        let all = beads.chain(striker).chain(self.support.material()).chain(&self.materials);
         let mut materials: Vec<&Material> = Vec::new();
         for material in all {
             if !materials.iter().any(|known| known.name == material.name) {
@@ -81,7 +82,7 @@ mod tests {
     /// What a key says of when it has an effect is when a scene has a value for it.
     #[test]
     fn a_scene_lists_a_key_where_its_conditions_hold_and_nowhere_else() {
-        let variants: [&[&str]; 15] = [
+        let variants: [&[&str]; 17] = [
             &[],
             &["model.kind=reduced"],
             &["model.kind=fea"],
@@ -93,6 +94,8 @@ mod tests {
             &["support.kind=spring", "support.stiffness=1e6"],
             &["support.kind=disc"],
             &["support.kind=free"],
+            &["support.kind=foundation", "support.youngs_modulus=58 MPa"],
+            &["drive.kind=striker", "drive.height=3 mm"],
             &["support.kind=disc", "water.medium=none"],
             &["support.kind=disc", "water.method=elements", "model.kind=reduced"],
             &["damping.kind=none", "drive.kind=gaussian-burst"],
@@ -108,9 +111,18 @@ mod tests {
                     _ => true,
                 });
                 let left_out = matches!(key.name, "chain.mesh" | "chain.mesh_unit" | "chain.override")
-                    || ["water.absorption", "horn.", "holder.", "loss.", "contact.yield_strength"]
-                        .iter()
-                        .any(|optional| key.name.starts_with(optional));
+                    || [
+                        "water.absorption",
+                        "horn.",
+                        "holder.",
+                        "loss.",
+                        "contact.yield_strength",
+                        "chain.gravity",
+                        "chain.sensor",
+                        "support.plate_",
+                    ]
+                    .iter()
+                    .any(|optional| key.name.starts_with(optional));
                 let is_listed = listed(key.name).is_some();
                 assert!(is_listed == holds || left_out && !is_listed, "{} with {overrides:?}", key.name);
             }

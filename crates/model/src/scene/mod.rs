@@ -4,7 +4,7 @@
 //! `KEY=VALUE`. A plain number is SI, a text carries its unit. [`KEYS`] lists every key.
 //!
 //! ```toml
-//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain, water
+//! extends = "annulus"             # begin as a built-in scene: rigid, annulus, chain, water, impact
 //! alpha = 0.6
 //!
 //! [chain]
@@ -22,6 +22,8 @@
 //!
 //! Where a layer changes a `kind`, keys of lower layers that the new kind does not use fall away, and a damping
 //! coefficient returns to the default of its new law; keys given beside a kind that does not use them are refused.
+
+use std::borrow::Cow;
 
 mod annulus;
 mod builtin;
@@ -90,7 +92,7 @@ pub use reduced::{DEFAULT_MODES, ReducedSettings};
 pub use setting::SettingValue;
 pub(crate) use settings::DEFAULT_OUTPUT_STEP;
 pub use settings::{DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Integrator, Meshing, ModelSettings};
-pub use support::{ContactNormal, FlatContact, Support};
+pub use support::{ContactNormal, FlatContact, Plate, Support};
 pub use table::KEYS;
 pub use water::{
     Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,
@@ -138,6 +140,24 @@ impl Scene {
     pub(crate) fn gaps(&self) -> impl Iterator<Item = f64> + '_ {
         let free = self.support.is_free().then_some(self.chain.beads.len());
         self.chain.gaps.iter().enumerate().map(move |(contact, gap)| if free == Some(contact) { FREE } else { *gap })
+    }
+
+    /// The scene as a chain of one bead more, where a striker drives it: the striker in front, out of the piston's reach.
+    pub(crate) fn with_striker(&self) -> Cow<'_, Self> {
+        let Some((bead, _)) = self.drive.kind.striker() else { return Cow::Borrowed(self) };
+        let mut scene = self.clone();
+        scene.chain.beads.insert(0, bead.clone());
+        scene.chain.gaps.insert(0, FREE);
+        Cow::Owned(scene)
+    }
+
+    pub fn is_struck(&self) -> bool {
+        self.drive.kind.striker().is_some()
+    }
+
+    /// Velocity with which a striker meets the chain, m/s.
+    pub(crate) fn striker_velocity(&self) -> Option<f64> {
+        Some(self.amplitude_scale * self.drive.kind.striker()?.1)
     }
 
     /// Number of output samples, at 0, `output_step`, 2 `output_step` … up to the duration (a rounding of the quotient is no sample less).

@@ -73,7 +73,7 @@ impl Motion {
                 let last = spline.support().1.max(first);
                 (Shape::Record(Box::new(spline)), vec![first, last])
             }
-            DriveKind::UnreadRecord { .. } => (Shape::Rest, Vec::new()),
+            DriveKind::UnreadRecord { .. } | DriveKind::Striker { .. } => (Shape::Rest, Vec::new()),
         };
         Self { shape, scale, breaks, period: 1.0 / drive.frequency }
     }

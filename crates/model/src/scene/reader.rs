@@ -11,7 +11,7 @@ use super::{
 };
 use granchain_signal::{Dimension, Quantity};
 
-const OVERRIDE_WORDS: [&str; 5] = ["bead", "radius", "material", "mesh", "mesh_unit"];
+const OVERRIDE_WORDS: [&str; 6] = ["bead", "radius", "material", "mass", "mesh", "mesh_unit"];
 
 pub(super) struct Reader<'a> {
     document: &'a Document,
@@ -63,7 +63,9 @@ impl<'a> Reader<'a> {
             }
             for (key, when) in governor.governed() {
                 if let (Some(entry), false) = (self.entry(key.name), when.holds(choice)) {
-                    let used = governor.governed().filter(|(_, when)| when.holds(choice));
+                    // Of a drive its own keys only: every one but a striker uses piston and horn.
+                    let named = |key: &Key| governor.name != "drive.kind" || key.name.starts_with("drive.");
+                    let used = governor.governed().filter(|(key, when)| when.holds(choice) && named(key));
                     let users = governor.words().iter().filter(|word| when.holds(word));
                     return Err(SceneError::NotUsed {
                         place: entry.place.clone(),
@@ -298,10 +300,30 @@ impl<'a> Reader<'a> {
                 };
                 beads[index].material = self.material_named(name, key, || material.place.clone())?;
             }
+            if let Some(mass) = find("mass") {
+                self.set_mass(&mut beads[index], mass, "chain.override.mass", &format!("bead{}", index + 1))?;
+            }
             if let Some(mesh) = self.override_mesh(find("mesh"), find("mesh_unit"))? {
                 beads[index].mesh = Some(mesh);
             }
         }
+        Ok(())
+    }
+
+    /// Give a bead a mass of its own: a material of its own, named after `owner` too, of the density that makes it so heavy.
+    pub(super) fn set_mass(&self, bead: &mut Bead, entry: &Entry, key: &str, owner: &str) -> Result<(), SceneError> {
+        let mass = quantity(entry, key, Dimension::MASS, Bound::Positive)?;
+        let density = bead.material.density * mass / bead.mass();
+        if !Bound::Density.allows(density) {
+            return Err(SceneError::OutOfRange {
+                place: entry.place.clone(),
+                key: key.to_owned(),
+                expected: format!("a mass of {} for that radius", Bound::Density.describe()),
+                found: format!("{mass:e} kg, {density:.3e} kg/m^3"),
+            });
+        }
+        bead.material.density = density;
+        bead.material.name = format!("{}-{owner}", bead.material.name);
         Ok(())
     }
 
@@ -315,7 +337,7 @@ impl<'a> Reader<'a> {
                 key: key.to_owned(),
                 governor: "model.kind".to_owned(),
                 choice: kind.to_owned(),
-                used: ["bead", "radius", "material"].map(|word| format!("chain.override.{word}")).to_vec(),
+                used: ["bead", "radius", "material", "mass"].map(|word| format!("chain.override.{word}")).to_vec(),
                 users_of_key: ["reduced", "fea"].map(str::to_owned).to_vec(),
             });
         }

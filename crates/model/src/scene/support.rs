@@ -19,6 +19,14 @@ pub enum ContactNormal {
     Moving,
 }
 
+/// A thin elastic plate that lies on a half-space and is wide against its bending.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plate {
+    /// Thickness h, m.
+    pub thickness: f64,
+    pub material: Material,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub enum Support {
     Flat(FlatContact),
@@ -34,6 +42,17 @@ pub enum Support {
     Free,
     Spring {
         stiffness: f64,
+    },
+    /// An elastic half-space of its own, with a thin plate on it or without. In the chain by its static force law
+    /// ([`crate::contact_law::foundation`]).
+    Foundation {
+        /// Young's modulus E, Pa.
+        youngs_modulus: f64,
+        /// Poisson's ratio ν, 1.
+        poissons_ratio: f64,
+        /// Time constant τ of its loss, E (1 + τ d/dt), s; 0 without loss.
+        loss_time: f64,
+        plate: Option<Plate>,
     },
     /// A disc that the last bead touches in the middle of its front, on the water ([`super::Scene::water`]) or in vacuum.
     Disc {
@@ -57,17 +76,21 @@ impl Support {
         Self::Annulus { shape, stiffness_factor, material: Material::resin(), normal }
     }
 
-    /// What makes it stiffer or softer as a whole: the factor of an annulus, 1, or the stiffness of a spring, N/m.
+    /// What makes it stiffer or softer as a whole: the factor of an annulus, 1, the stiffness of a spring, N/m, or the modulus of a foundation, Pa.
     pub const fn stiffness(&self) -> Option<f64> {
         match self {
-            Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(*own),
+            Self::Annulus { stiffness_factor: own, .. }
+            | Self::Spring { stiffness: own }
+            | Self::Foundation { youngs_modulus: own, .. } => Some(*own),
             Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
         }
     }
 
     pub const fn stiffness_mut(&mut self) -> Option<&mut f64> {
         match self {
-            Self::Annulus { stiffness_factor: own, .. } | Self::Spring { stiffness: own } => Some(own),
+            Self::Annulus { stiffness_factor: own, .. }
+            | Self::Spring { stiffness: own }
+            | Self::Foundation { youngs_modulus: own, .. } => Some(own),
             Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
         }
     }
@@ -77,7 +100,7 @@ impl Support {
         match self {
             Self::Flat(flat) => Some(*flat),
             Self::Free | Self::Spring { .. } => Some(FlatContact::Rigid),
-            Self::Annulus { .. } | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Annulus { .. } | Self::Foundation { .. } | Self::Disc { .. } | Self::Body { .. } => None,
         }
     }
 
@@ -103,7 +126,7 @@ impl Support {
 
     /// Whether it is a body with a mesh, in the models that mesh their bodies.
     pub(crate) const fn is_meshed(&self) -> bool {
-        self.flat().is_none()
+        self.flat().is_none() && !matches!(self, Self::Foundation { .. })
     }
 
     /// Stiffness of the one-sided linear spring that it is, N/m.
@@ -111,11 +134,15 @@ impl Support {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 
+    pub(crate) const fn plate(&self) -> Option<&Plate> {
+        if let Self::Foundation { plate: Some(plate), .. } = self { Some(plate) } else { None }
+    }
+
     /// The normal of a body that is touched off the axis.
     pub(crate) const fn normal(&self) -> Option<ContactNormal> {
         match self {
             Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
-            Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Disc { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Foundation { .. } | Self::Disc { .. } => None,
         }
     }
 
@@ -123,7 +150,8 @@ impl Support {
         match self {
             Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
             Self::Disc { shape, .. } => Some(&shape.material),
-            Self::Flat(_) | Self::Free | Self::Spring { .. } => None,
+            Self::Foundation { plate: Some(plate), .. } => Some(&plate.material),
+            Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Foundation { .. } => None,
         }
     }
 
@@ -133,6 +161,7 @@ impl Support {
             Self::Free => "free",
             Self::Annulus { .. } => "annulus",
             Self::Spring { .. } => "spring",
+            Self::Foundation { .. } => "foundation",
             Self::Disc { .. } => "disc",
             Self::Body { .. } => "body",
         }

@@ -4,10 +4,10 @@
 use super::{
     AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, ValueKind,
+    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
     condition::{
-        BODY_MESH, DISC, DRIVES, FORMULA, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY, OWN_NORMAL, RING,
-        STEPPED, SUPPORTS, WATER_MESH,
+        BODY_MESH, DISC, DRIVES, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY,
+        OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
     },
     key::{
         Bound,
@@ -64,6 +64,19 @@ pub const KEYS: &[Key] = &[
     )
     .number(|scene| Some(scene.chain.precompression))
     .or(0.0),
+    optional(
+        "chain.gravity",
+        Dimension::ACCELERATION,
+        "gravity along the axis towards the support: the chain starts in equilibrium",
+    )
+    .number(|scene| given(scene.chain.gravity)),
+    count(
+        "chain.sensor",
+        (1, MOST_BEADS as u32),
+        "number of the bead whose two contact forces a sensor in it reads, as their mean",
+    )
+    .value(|scene| scene.chain.sensor.map(beads))
+    .usually("none"),
     key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file")
         .value(|scene| path(shared_mesh(scene)?))
         .usually("a mesh of the program's own")
@@ -75,7 +88,7 @@ pub const KEYS: &[Key] = &[
     key(
         "chain.override",
         ValueKind::BeadOverrides,
-        "beads that differ: number from the piston, radius, material, mesh",
+        "beads that differ: number from the piston, radius, material, mass, mesh",
     )
     .value(differing_beads)
     .usually("none"),
@@ -89,7 +102,8 @@ pub const KEYS: &[Key] = &[
         .of_material(|material| material.density)
         .usually("that of the program's own material of the name"),
     word::<FlatContact>("piston.contact", "face of the piston: rigid flat, or half-space of the bead's material")
-        .value(|scene| text(scene.piston.name())),
+        .value(|scene| text(scene.piston.name()).filter(|_| scene.drive.kind.striker().is_none()))
+        .when(HORN),
     number(
         "horn.mass",
         Dimension::MASS,
@@ -97,13 +111,16 @@ pub const KEYS: &[Key] = &[
         "modal mass M at the horn's tip, whose free motion the drive then is: the chain's push moves it besides",
     )
     .number(|scene| Some(scene.horn?.mass))
-    .usually("none: the tip moves as prescribed"),
+    .usually("none: the tip moves as prescribed")
+    .when(HORN),
     number("horn.frequency", Dimension::FREQUENCY, Bound::Positive, "its resonance")
         .number(|scene| Some(scene.horn?.frequency))
-        .usually("the drive's"),
+        .usually("the drive's")
+        .when(HORN),
     number("horn.quality", Dimension::NONE, Bound::Positive, "Q of the horn's resonance")
         .number(|scene| Some(scene.horn?.quality).filter(|quality| quality.is_finite()))
-        .usually("infinite"),
+        .usually("infinite")
+        .when(HORN),
     optional("holder.drag", Dimension::LINEAR_DAMPING, "viscous drag b on every bead, −b v")
         .number(|scene| given(scene.holder?.drag)),
     optional(
@@ -128,9 +145,13 @@ pub const KEYS: &[Key] = &[
     )
     .number(|scene| scene.holder.filter(Holder::has_friction).map(|holder| holder.slip_velocity))
     .usually("0 on the chain, else 1 mm/s"),
-    key("drive.kind", ValueKind::Choice(DRIVES), "waveform of the piston's displacement")
-        .value(|scene| text(scene.drive.kind.name()))
-        .needed("drive.kind = \"tone-burst\""),
+    key(
+        "drive.kind",
+        ValueKind::Choice(DRIVES),
+        "waveform of the piston's displacement, or a bead that strikes the chain",
+    )
+    .value(|scene| text(scene.drive.kind.name()))
+    .needed("drive.kind = \"tone-burst\""),
     key("drive.file", ValueKind::Path, "horn-tip record, relative to the scene file")
         .value(|scene| match &scene.drive.kind {
             DriveKind::Record { file: Some(file), .. } | DriveKind::UnreadRecord { file } => {
@@ -145,10 +166,10 @@ pub const KEYS: &[Key] = &[
         .needed("drive.amplitude = \"1 um\"")
         .when(FORMULA),
     number("drive.frequency", Dimension::FREQUENCY, Bound::Positive, "drive frequency f0")
-        .number(|scene| Some(scene.drive.frequency))
+        .number(|scene| Some(scene.drive.frequency).filter(|_| scene.drive.kind.striker().is_none()))
         .needed("drive.frequency = \"73 kHz\"")
         .usually("the record's own; required for a formula")
-        .when(&[Is("drive.kind", DRIVES)]),
+        .when(HORN),
     number("drive.cycles", Dimension::NONE, Bound::Positive, "length of the burst in periods of f0")
         .number(|scene| scene.drive.kind.cycles())
         .needed("drive.cycles = 40")
@@ -162,6 +183,35 @@ pub const KEYS: &[Key] = &[
     .number(|scene| if let DriveKind::ToneBurst { ring_up, .. } = scene.drive.kind { Some(ring_up) } else { None })
     .needed("drive.ring_up = \"100 us\"")
     .when(&[Is("drive.kind", &["tone-burst"])]),
+    number(
+        "drive.velocity",
+        Dimension::VELOCITY,
+        Bound::Positive,
+        "velocity of the striker at α = 1 as it touches the first bead",
+    )
+    .number(|scene| Some(scene.drive.kind.striker()?.1))
+    .needed("drive.velocity = \"0.5 m/s\"")
+    .usually("that of the drop height; one of both must be given")
+    .when(STRIKER),
+    number(
+        "drive.height",
+        Dimension::LENGTH,
+        Bound::Positive,
+        "height h from which it falls instead: √(2 g h), g = 9.81 m/s²",
+    )
+    .usually("none: its velocity is given")
+    .when(STRIKER),
+    number("drive.radius", Dimension::LENGTH, Bound::Radius, "radius of the striker")
+        .number(|scene| Some(scene.drive.kind.striker()?.0.radius))
+        .usually("the chain's")
+        .when(STRIKER),
+    key("drive.material", ValueKind::Text, "material of the striker")
+        .value(|scene| text(&scene.drive.kind.striker()?.0.material.name))
+        .usually("the chain's")
+        .when(STRIKER),
+    number("drive.mass", Dimension::MASS, Bound::Positive, "mass of the striker, in place of that of its material")
+        .usually("that of its material")
+        .when(STRIKER),
     key("support.kind", ValueKind::Choice(SUPPORTS), "what holds the far end")
         .value(|scene| text(scene.support.name()))
         .needed("support.kind = \"rigid\""),
@@ -188,7 +238,9 @@ pub const KEYS: &[Key] = &[
         .or(1.0)
         .when(RING),
     key("support.material", ValueKind::Text, "material of the annulus or body")
-        .value(|scene| text(&scene.support.material().filter(|_| disc(scene).is_none())?.name))
+        .value(|scene| {
+            text(&scene.support.material().filter(|_| disc(scene).is_none() && scene.support.plate().is_none())?.name)
+        })
         .usually("resin")
         .when(&[Is("support.kind", &["annulus", "body"])]),
     word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or to the moved bead")
@@ -208,6 +260,46 @@ pub const KEYS: &[Key] = &[
         .number(|scene| scene.support.spring())
         .needed("support.stiffness = \"0.7e6 N/m\"")
         .when(&[Is("support.kind", &["spring"])]),
+    number(
+        "support.youngs_modulus",
+        Dimension::PRESSURE,
+        Bound::Modulus,
+        "Young's modulus of the half-space under the last bead",
+    )
+    .number(|scene| match scene.support {
+        Support::Foundation { youngs_modulus, .. } => Some(youngs_modulus),
+        _ => None,
+    })
+    .needed("support.youngs_modulus = \"58 MPa\"")
+    .when(FOUNDATION),
+    number("support.poissons_ratio", Dimension::NONE, Bound::PoissonsRatio, "its Poisson's ratio")
+        .number(|scene| match scene.support {
+            Support::Foundation { poissons_ratio, .. } => Some(poissons_ratio),
+            _ => None,
+        })
+        .or(0.3)
+        .when(FOUNDATION),
+    number("support.loss_time", Dimension::TIME, Bound::NotNegative, "time constant τ of its loss, E (1 + τ d/dt)")
+        .number(|scene| match scene.support {
+            Support::Foundation { loss_time, .. } => Some(loss_time),
+            _ => None,
+        })
+        .or(0.0)
+        .when(FOUNDATION),
+    number(
+        "support.plate_thickness",
+        Dimension::LENGTH,
+        Bound::Positive,
+        "thickness of a thin plate between last bead and half-space",
+    )
+    .number(|scene| Some(scene.support.plate()?.thickness))
+    .usually("none: no plate")
+    .when(FOUNDATION),
+    key("support.plate_material", ValueKind::Text, "its material")
+        .value(|scene| text(&scene.support.plate()?.material.name))
+        .needed("support.plate_material = \"acrylic\"")
+        .usually("none; with a thickness it must be given")
+        .when(FOUNDATION),
     number("disc.radius", Dimension::LENGTH, Bound::Positive, "radius of the disc")
         .number(|scene| Some(disc(scene)?.radius))
         .or(DEFAULT_DISC.0)

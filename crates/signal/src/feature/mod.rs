@@ -13,6 +13,7 @@
 //! | distortion | rms of the drive's harmonics over the total rms | [`total_harmonic_distortion`] |
 //! | bandwidth | highest frequency at −6 dB, −20 dB of the drive line | [`bandwidth`] |
 //! | repetition | mean interval of the impulses above half the positive peak | [`repetition`] |
+//! | impulses | arrival, height and width of each; delay and ratio of a returned one | [`impulses`], [`Return`] |
 //! | similarity | normalised cross-correlation over lag and drive-period shifts | [`similarity`] |
 //! | likeness of impulses | peak of the normalised cross-correlation over every lag | [`correlation_peak`] |
 //! | pressure | peaks, levels of the harmonics, how far up the content reaches | [`measure_pressure`] |
@@ -24,6 +25,7 @@ mod distortion;
 mod error;
 pub mod fingerprint;
 mod frequency;
+mod impulse;
 mod interpolation;
 pub mod landmark;
 mod line;
@@ -44,6 +46,7 @@ pub use correlation::correlation_peak;
 pub use distortion::{bandwidth, total_harmonic_distortion};
 pub use error::FeatureError;
 pub use frequency::{refine_frequency, strongest_frequency};
+pub use impulse::{Impulse, Return, impulses};
 pub(crate) use line::{AbsentLine, LineTable};
 pub use line::{Line, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor, line_weights, lines};
 pub use measurand::Measurand;

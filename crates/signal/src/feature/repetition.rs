@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{FeatureError, Window, line::check_finite};
+use super::{FeatureError, Window, impulse::spans, line::check_finite};
 use crate::Series;
 
 /// The train of impulses above half the positive peak.
@@ -37,28 +37,8 @@ pub fn repetition(
         return Ok(None);
     }
     let (rise, fall) = (0.5 * positive_peak, 0.35 * positive_peak);
-    let mut instants: Vec<f64> = Vec::new();
-    let (mut inside, mut weight, mut moment) = (false, 0.0, 0.0);
-    for index in range {
-        let value = series.values[index];
-        inside |= value > rise;
-        if inside {
-            let above = (value - rise).max(0.0);
-            weight += above;
-            moment += above * series.time(index);
-            if value < fall {
-                instants.push(moment / weight);
-                (inside, weight, moment) = (false, 0.0, 0.0);
-            }
-        }
-    }
-    // One cut off by the window's end has no centroid and is left out; so is one the window begins in.
-    if let Some(first) = window.on(series)?.indices(series).next()
-        && series.values[first] > rise
-        && !instants.is_empty()
-    {
-        instants.remove(0);
-    }
+    // One cut off by an end of the window has no centroid and is left out.
+    let instants: Vec<f64> = spans(series, range, rise, fall).into_iter().map(|(_, centroid)| centroid).collect();
     if instants.len() < 2 {
         return Ok(None);
     }

@@ -205,6 +205,7 @@ mod tests {
             pole_velocity: nothing,
             observed: granchain_model::response::ObservedPoint::Pole,
             contact_force: Vec::new(),
+            sensor_force: None,
             contact_radius: None,
             disc: None,
             energy: granchain_model::response::EnergyLedger::default(),

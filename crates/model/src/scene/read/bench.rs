@@ -36,7 +36,12 @@ pub(super) fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
             gap: length(gaps[open]),
         });
     }
-    let chain = Chain { beads, gaps, precompression };
+    let gravity = reader.given("chain.gravity")?.unwrap_or(0.0);
+    let sensor = reader.count("chain.sensor")?.map(|number| number as usize);
+    if let Some(number) = sensor.filter(|number| *number > count) {
+        return Err(reader.out_of_range("chain.sensor", format!("a bead from 1 to {count}"), number.to_string()));
+    }
+    let chain = Chain { beads, gaps, precompression, gravity, sensor };
     refuse_idle_unit(reader, &chain)?;
     Ok(chain)
 }
@@ -51,8 +56,36 @@ fn refuse_idle_unit(reader: &Reader<'_>, chain: &Chain) -> Result<(), SceneError
     Ok(())
 }
 
-pub(super) fn drive(reader: &Reader<'_>) -> Result<Drive, SceneError> {
+/// Acceleration with which a striker falls, m/s².
+const FALL: f64 = 9.81;
+
+/// A striker, by default a bead like the first.
+fn striker(reader: &Reader<'_>, first: &Bead) -> Result<Drive, SceneError> {
+    let velocity = match (reader.given("drive.velocity")?, reader.given("drive.height")?) {
+        (Some(velocity), None) => velocity,
+        (None, Some(height)) => (2.0 * FALL * height).sqrt(),
+        (None, None) => return Err(reader.missing("drive.velocity", Some("or `drive.height`, from which it falls"))),
+        (Some(_), Some(height)) => {
+            let expected = "`drive.velocity` or `drive.height`, not both".to_owned();
+            return Err(reader.out_of_range("drive.height", expected, length(height)));
+        }
+    };
+    let mut bead = Bead::sphere(reader.given("drive.radius")?.unwrap_or(first.radius), first.material.clone());
+    if let Some(name) = reader.text("drive.material")? {
+        bead.material = reader.material_named(name, "drive.material", || reader.place("drive.material"))?;
+    }
+    if let Some(entry) = reader.entry("drive.mass") {
+        reader.set_mass(&mut bead, entry, "drive.mass", "striker")?;
+    }
+    let frequency = 1.0 / bead.collision_duration(first, velocity);
+    Ok(Drive { kind: DriveKind::Striker { bead, velocity }, amplitude: 0.0, frequency })
+}
+
+pub(super) fn drive(reader: &Reader<'_>, chain: &Chain) -> Result<Drive, SceneError> {
     let kind = reader.required_choice("drive.kind")?;
+    if kind == "striker" {
+        return striker(reader, &chain.beads[0]);
+    }
     if kind == "record" {
         let frequency = reader.given("drive.frequency")?.unwrap_or(UNREAD_FREQUENCY);
         let reason = Some("a drive of kind `record` is read from a file");

@@ -19,8 +19,8 @@ const SLOWEST_HORN: f64 = 1e3;
 
 pub(super) fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) -> Result<Scene, SceneError> {
     let chain = bench::chain(reader)?;
-    let drive = bench::drive(reader)?;
-    if drive.frequency < SLOWEST_HORN {
+    let drive = bench::drive(reader, &chain)?;
+    if drive.frequency < SLOWEST_HORN && drive.kind.striker().is_none() {
         notes.push(format!(
             "`drive.frequency` is {}: a plain number is in Hz, and no horn is as slow as that; write it with its unit, such as \"73 kHz\"",
             frequency(drive.frequency)

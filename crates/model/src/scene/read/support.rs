@@ -2,8 +2,8 @@
 
 use super::model;
 use crate::scene::{
-    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, MeshFile, Support, document::resolved,
-    error::SceneError, reader::Reader, shown::length,
+    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, MeshFile, Plate, Support,
+    document::resolved, error::SceneError, reader::Reader, shown::length,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -35,6 +35,13 @@ pub(super) fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, Sce
             let reason = Some("a support of kind `spring` needs it");
             Support::Spring { stiffness: reader.required("support.stiffness", reason)? }
         }
+        "foundation" => Support::Foundation {
+            youngs_modulus: reader
+                .required("support.youngs_modulus", Some("a support of kind `foundation` needs it"))?,
+            poissons_ratio: reader.number("support.poissons_ratio")?,
+            loss_time: reader.number("support.loss_time")?,
+            plate: plate(reader)?,
+        },
         "disc" => disc(reader)?,
         "free" => {
             if chain.precompression > 0.0 {
@@ -101,6 +108,16 @@ fn disc(reader: &Reader<'_>) -> Result<Support, SceneError> {
     let rim = reader.word("disc.rim")?;
     let mesh_density = reader.count("disc.mesh_density")?.unwrap_or(DEFAULT_DISC_DENSITY);
     Ok(Support::Disc { shape: DiscShape { radius, thickness, material, rim }, mesh_density })
+}
+
+fn plate(reader: &Reader<'_>) -> Result<Option<Plate>, SceneError> {
+    let key = "support.plate_material";
+    let Some(thickness) = reader.given("support.plate_thickness")? else {
+        reader.refuse_alone(&[key], "support.plate_thickness")?;
+        return Ok(None);
+    };
+    let name = reader.required_text(key, Some("`support.plate_thickness` needs it"))?;
+    Ok(Some(Plate { thickness, material: reader.material_named(name, key, || reader.place(key))? }))
 }
 
 fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
