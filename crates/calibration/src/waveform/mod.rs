@@ -186,7 +186,7 @@ pub(crate) fn fit_above(
     seed: u64,
 ) -> Option<WaveformFit> {
     let sources = Sources::new(vec![source(compared, Some(above.clone()))?]);
-    let first = turns(&sources, start::about(&sources, at, deviations)?, seed);
+    let first = turns(&sources, start::about(&sources, at, deviations), seed);
     if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
         return first;
     }
@@ -198,6 +198,10 @@ pub(crate) fn fit_above(
 fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> {
     for turn in 0.. {
         let paired = sources.paired(turn * BETWEEN, &start, seed)?;
+        if turn == 0 {
+            // The chain alone may lie cycles off.
+            start = start.placed(&paired, seed)?;
+        }
         let rounds = run(Rounds::about(paired, start, seed))?;
         let latest = rounds.latest()?;
         if turn + 1 == TURNS || turn > 0 && rounds.sources.distance(&latest.at) < NEAR {

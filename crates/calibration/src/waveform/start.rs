@@ -6,7 +6,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::{
     ensemble::Solution,
-    source::{Source, Sources, misfit},
+    rounds::drawn,
+    source::{Sources, misfit},
 };
 use crate::{parameter::reflect, search::scattered};
 
@@ -42,6 +43,9 @@ const CYCLES: f64 = 10.0;
 
 const SEED: u64 = 0x57A2_7000;
 
+/// Runs among which the one is sought that a record is placed on.
+const PLACED: usize = 64;
+
 /// Standard deviations of an answer that a start behind it is wide, and what is added, ln.
 const BEHIND: (f64, f64) = (6.0, 4e-3);
 
@@ -61,14 +65,31 @@ impl Start {
     }
 }
 
-/// A start about a point (unit coordinates) that is known to so many standard deviations (ln).
-pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Option<Start> {
-    let centre = sources.of_unit(at);
-    let runs = sources.traces(0, std::slice::from_ref(&centre), None)?;
-    let shift = |(source, runs): (&Source, &Vec<Option<Vec<f64>>>)| Some(misfit(&source.trace, runs[0].as_ref()?).1);
-    let shifts = sources.records.iter().zip(&runs).map(shift).collect::<Option<Vec<f64>>>()?;
+/// A start about a point (unit coordinates) that is known to so many standard deviations (ln); where the records lie is not known.
+pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Start {
     let half = deviations.iter().map(|deviation| (2.0 * deviation).clamp(HALF.0, HALF.1));
-    Some(Start { centre, half: half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect(), shifts })
+    let half = half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect();
+    Start { centre: sources.of_unit(at), half, shifts: Vec::new() }
+}
+
+impl Start {
+    /// The same with the records placed on the run that resembles them most, of several about its centre; `None` where none can be made.
+    pub fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
+        let moved = |z: Vec<f64>| {
+            let each = z.iter().zip(&self.half).zip(&self.centre);
+            sources.inside(each.map(|((z, half), x)| x + 0.5 * half * z).collect())
+        };
+        let at: Vec<Vec<f64>> = drawn(PLACED, self.centre.len(), (seed ^ SEED) as u32).into_iter().map(moved).collect();
+        let runs = sources.traces(0, &at, None)?;
+        let of = |number: usize| {
+            let both = sources.records.iter().zip(&runs);
+            let each = both.map(|(source, of)| Some(misfit(&source.trace, of[number].as_ref()?)));
+            each.collect::<Option<Vec<(f64, f64)>>>()
+        };
+        let sum = |found: &[(f64, f64)]| found.iter().map(|(misfit, _)| misfit).sum::<f64>();
+        let best = (0..at.len()).filter_map(of).min_by(|a, b| sum(a).total_cmp(&sum(b)))?;
+        Some(Self { shifts: best.into_iter().map(|(_, shift)| shift).collect(), ..self })
+    }
 }
 
 /// A run of the search: unit coordinates, misfit, shifts.
