@@ -38,7 +38,7 @@ pub(crate) const MESH_ERROR: f64 = 1.8;
 const FELT: f64 = 1e-3;
 
 /// Share of a corrected error that is taken as uncertain.
-const LEFT: f64 = 0.5;
+pub(crate) const LEFT: f64 = 0.5;
 
 /// Discretisation error of each feature, z.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

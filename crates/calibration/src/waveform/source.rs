@@ -14,7 +14,7 @@ use super::{
     start::Start,
 };
 use crate::{
-    discrepancy::{CHAIN_ERROR, MESH_ERROR},
+    discrepancy::{CHAIN_ERROR, LEFT, MESH_ERROR},
     drive::HornNoise,
     fidelity::FidelityLevel,
     forward::Forward,
@@ -272,7 +272,10 @@ impl Source {
         if let Some(above) = &self.above {
             let (points, finer) = (vec![point; MESH_PAIRS], above.finer()?);
             let [own, finer] = [above, finer].map(|level| self.runs_above(level, first, &points));
-            return correction(own, finer, MESH_ERROR);
+            let (mean, columns) = correction(own, finer, MESH_ERROR)?;
+            let left = Mat::from_fn(mean.len(), 1, |t, _| LEFT * mean[t]);
+            let columns = beside(&[columns.as_ref(), left.as_ref()]);
+            return Some((mean, columns));
         }
         let finer = Self { forward: self.forward.refined()?, ..self.clone() };
         let points = vec![point; PAIRS];
