@@ -18,7 +18,7 @@ _UNITS |= {f"drive_{name}": unit for name, unit in _UNITS.items()} | {"drive_fre
 # Keys of a reading that have no flag of their own.
 _READ = {
     "time_column", "time_unit", "baseline", "invert", "bandwidth", "delay", "trigger", "missing", "delimiter", "decimal", "range", "resample",
-    "dataset", "averages", "mask", "force_frequency",
+    "dataset", "averages", "mask", "response", "force_frequency",
 }  # fmt: skip
 _DRIVE_READ = {f"drive_{name}" for name in _READ | {"channel", "unit", "scale", "sample_rate"}}
 
@@ -71,6 +71,8 @@ class ReadingOptions(SampleOptions, total=False):
     """Function of a universal file, or segment of a file with several; from 1."""
     averages: int
     """Number of shots that the record is the mean of."""
+    response: str
+    """Frequency response of the instrument: ``bessel``, ``butterworth-2``, or rows such as ``1MHz:-2.1dB``."""
     mask: str
     """Samples that are masked: ``auto``, ``none``, or stretches such as ``12.1us:13.4us``."""
     bench: StrPath
@@ -98,6 +100,7 @@ class RecordsOptions(ReadingOptions, total=False):
     drive_resample: bool
     drive_dataset: int
     drive_averages: int
+    drive_response: str
     drive_mask: str
 
 
