@@ -62,7 +62,7 @@ pub fn watch() -> std::io::Result<()> {
     Ok(())
 }
 
-/// Whether whoever started the process had a signal ignored. If this is unknown, it is left alone.
+/// Whether the parent process had a signal ignored, or that is unknown.
 #[cfg(unix)]
 fn ignored(signal: u8) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

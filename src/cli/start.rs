@@ -227,7 +227,8 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     )
 }
 
-/// What two files leave open that cannot be distinguished for it: the one named like a horn's is taken for it, else the second, and that too is said.
+/// Missing metadata of two files that cannot be distinguished without it. The file named like a horn's counts as the horn's, else the second; the
+/// message names it.
 fn unidentified(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>; 2]) -> anyhow::Result<Unread> {
     let horn_is_first = is_named_horn(files[0]) && !is_named_horn(files[1]);
     let (bead, horn, file) = if horn_is_first { (second, first, files[0]) } else { (first, second, files[1]) };

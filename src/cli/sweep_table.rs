@@ -26,7 +26,7 @@ use crate::{
     scene::{Key, Scene, ValueKind},
     study::{
         Axis, Grid, Value,
-        observation::{Heard, Observation, watched},
+        observation::{Observation, PressureMetrics, watched},
         published::Published,
         sweep::Run,
     },
@@ -189,7 +189,7 @@ impl<'a> SweepTable<'a> {
                         }
                     }
                     if has_water {
-                        let own = |pick: fn(&Heard) -> Option<f64>| number(heard.as_ref().and_then(pick));
+                        let own = |pick: fn(&PressureMetrics) -> Option<f64>| number(heard.as_ref().and_then(pick));
                         cells.push(own(|heard| Some(heard.positive_peak_pa)));
                         cells.push(own(|heard| Some(heard.negative_peak_pa)));
                         cells.push(own(|heard| heard.level_at_950_khz_db));
@@ -353,7 +353,7 @@ impl<'a> SweepTable<'a> {
             ["1/3", "1/2", "2/3"].map(|ratio| curve("Ratio to the drive line", ratio, &format!("ratio_{ratio}"), None)),
         );
         if self.has_water() {
-            let curve = |group: &str, name: &str, unit: &str, pick: fn(&Heard) -> Option<f64>| {
+            let curve = |group: &str, name: &str, unit: &str, pick: fn(&PressureMetrics) -> Option<f64>| {
                 let points = members.iter().filter_map(|member| self.pressure_point(member, swept, pick)).collect();
                 SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference: None }
             };
@@ -379,7 +379,7 @@ impl<'a> SweepTable<'a> {
         &self,
         (index, run): &(usize, Run),
         swept: usize,
-        pick: fn(&Heard) -> Option<f64>,
+        pick: fn(&PressureMetrics) -> Option<f64>,
     ) -> Option<SweepPoint> {
         let Value::Number(position) = self.grid.values(*index)[swept] else { return None };
         let Run::Finished { heard, .. } = run else { return None };
@@ -496,7 +496,7 @@ fn velocity_cells(observation: Option<&Observation>) -> [String; 5] {
 }
 
 /// The two peaks, kPa, and the level of a pressure.
-fn pressure_cells(pressure: &Heard) -> [String; 3] {
+fn pressure_cells(pressure: &PressureMetrics) -> [String; 3] {
     let kilo = |pascal: f64| fixed(1e-3 * pascal, 2);
     let level = pressure.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
     [kilo(pressure.positive_peak_pa), kilo(pressure.negative_peak_pa), level]

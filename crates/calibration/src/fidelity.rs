@@ -14,7 +14,7 @@ use thiserror::Error;
 use super::{
     drive::HornNoise,
     engine::{sampled_scene, traces},
-    forward::{Forward, Run, TimedRun, Watch},
+    forward::{Forward, Point, Run, TimedRun, Watch},
     kept::KeptRuns,
 };
 use granchain_model::{
@@ -230,28 +230,23 @@ impl FidelityLevel {
     }
 
     /// As [`Forward::waveforms`], of this model.
-    pub(super) fn waveforms(
-        &self,
-        first: u64,
-        points: &[(Vec<f64>, f64)],
-        noise: Option<&HornNoise>,
-    ) -> Vec<Option<Vec<f64>>> {
+    pub(super) fn waveforms(&self, first: u64, points: &[Point], noise: Option<&HornNoise>) -> Vec<Option<Vec<f64>>> {
         let together = self.prepared.together();
         let (count, measurand) = (self.scene.samples(), self.chain.comparison.measurand());
         let goes_on = || self.chain.report(first);
-        let chunk = |(chunk, points): (usize, &[(Vec<f64>, f64)])| {
+        let chunk = |(chunk, points): (usize, &[Point])| {
             let number = first + (chunk * together) as u64;
-            let draw = |(number, (at, stiffness)): (u64, &(Vec<f64>, f64))| {
+            let draw = |(number, (at, stiffness)): (u64, &Point)| {
                 let (mut random, mut scene) = (self.chain.generator(number), self.scene.clone());
                 if let (DriveKind::Record { shakes, .. }, Some(noise)) = (&mut scene.drive.kind, noise) {
                     *shakes = vec![noise.realisation(&mut random)];
                 }
                 let variation = self.chain.held(at, *stiffness, 0, &mut random);
-                ((variation.written_over(&scene, |gap| gap.max(0.0))), (variation, random))
+                (variation.written_over(&scene, |gap| gap.max(0.0)), (variation, random))
             };
             let (scenes, drawn): (Vec<Scene>, Vec<_>) = (number..).zip(points).map(draw).unzip();
             let made = traces(&self.prepared, &scenes, measurand, &goes_on).into_iter().zip(points).zip(drawn);
-            let shown = |((trace, (at, _)), (variation, mut random)): ((_, &(Vec<f64>, f64)), (Variation, _))| {
+            let shown = |((trace, (at, _)), (variation, mut random)): ((_, &Point), (Variation, _))| {
                 let trace: Result<Series, ModelError> = trace;
                 Some(self.chain.shown(at, variation.on_the_record(trace.ok()?, count), &mut random))
             };

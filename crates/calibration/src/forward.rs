@@ -187,6 +187,9 @@ fn on_grid(series: &Series, start: f64, count: usize) -> Series {
 const UNFELT: f64 = 4.0;
 
 /// The scene, prepared for runs at any point of the box and compared with one record.
+/// A point of the box in unit coordinates, and a factor on the stiffness over mass.
+pub(super) type Point = (Vec<f64>, f64);
+
 #[derive(Clone)]
 pub struct Forward {
     pub parameters: Vec<Parameter>,
@@ -318,13 +321,8 @@ impl Forward {
 
     /// Conditioned traces without the record's noise, at the given points and stiffness factors, each with its own
     /// nuisances; `None` for a failed run. Numbered from `first`.
-    pub(super) fn waveforms(
-        &self,
-        first: u64,
-        points: &[(Vec<f64>, f64)],
-        noise: Option<&HornNoise>,
-    ) -> Vec<Option<Vec<f64>>> {
-        let chunk = |(chunk, points): (usize, &[(Vec<f64>, f64)])| {
+    pub(super) fn waveforms(&self, first: u64, points: &[Point], noise: Option<&HornNoise>) -> Vec<Option<Vec<f64>>> {
+        let chunk = |(chunk, points): (usize, &[Point])| {
             let number = first + (chunk * LANES) as u64;
             let mut generators: Vec<ChaCha8Rng> =
                 (0..points.len()).map(|lane| self.generator(number + lane as u64)).collect();

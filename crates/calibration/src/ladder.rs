@@ -22,6 +22,7 @@ use super::{
     problem::Problem,
     refusal::Refusal,
     search::Search,
+    shot::Shot,
     waveform::{self, Compared, QUANTILE},
 };
 
@@ -230,12 +231,15 @@ pub(super) fn fit_levels(
     Ok(FittedLevels { made, fit: Ok(fit), searching, correcting, warnings })
 }
 
+/// The waveform of a record with what makes its runs; `None` where it has none.
+fn compared<'a>(shot: &'a Shot, forward: &'a Forward) -> Option<Compared<'a>> {
+    let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
+    Some(Compared { forward, noise, trace: shot.measured.trace()?, difference: None })
+}
+
 /// A fit on the chain combined with the waveforms of its records, if all have one.
 fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit) -> Fit {
-    let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| {
-        let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
-        Some(Compared { forward, noise, trace: shot.measured.trace()?, difference: None })
-    });
+    let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| compared(shot, forward));
     let training = search.training(search.runs.len());
     let known = fit.elite(&training);
     match compared.collect::<Option<Vec<_>>>().and_then(|records| waveform::fit(records, &known, problem.seed)) {
@@ -252,10 +256,7 @@ fn with_waveform_above(
     training: &TrainingRuns,
     fit: Fit,
 ) -> Fit {
-    let shot = &problem.shots[0];
-    let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
-    let Some(trace) = shot.measured.trace() else { return fit };
-    let compared = Compared { forward, noise, trace, difference: None };
+    let Some(compared) = compared(problem.lead(), forward) else { return fit };
     let deviations: Vec<f64> =
         fit.estimates.iter().map(|estimate| 0.5 * (estimate.high / estimate.low).ln() / QUANTILE).collect();
     match waveform::fit_above(compared, above, &fit.most_likely, &deviations, problem.seed) {

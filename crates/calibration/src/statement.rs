@@ -319,8 +319,9 @@ pub(crate) fn repeated(fit: &Fit, comparisons: &[&Comparison], labels: &[String]
             ratios.len()
         )
     });
-    let levels = fit.waveform.iter().flat_map(|waveform| &waveform.levels);
-    middle.into_iter().chain(drift(&levels.copied().collect::<Vec<_>>(), labels)).collect()
+    let residuals = fit.waveform.iter().flat_map(|waveform| &waveform.residuals);
+    let levels: Vec<[f64; 2]> = residuals.filter_map(|of| of.level).collect();
+    middle.into_iter().chain(drift(&levels, labels)).collect()
 }
 
 /// Statements on the levels of shots, ln, each with its standard deviation.

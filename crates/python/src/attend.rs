@@ -38,11 +38,11 @@ impl Attendance {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Calls `progress` if work was done since `told`.
-    fn tell(&self, py: Python<'_>, progress: Option<&Py<PyAny>>, told: &mut u64) -> PyResult<()> {
+    /// Calls `progress` if work was done since the last `reported`.
+    fn report(&self, py: Python<'_>, progress: Option<&Py<PyAny>>, reported: &mut u64) -> PyResult<()> {
         let (done, all) = (self.done.load(Ordering::Relaxed), self.all.load(Ordering::Relaxed));
-        let Some(progress) = progress.filter(|_| all > 0 && done != *told) else { return Ok(()) };
-        *told = done;
+        let Some(progress) = progress.filter(|_| all > 0 && done != *reported) else { return Ok(()) };
+        *reported = done;
         progress.call1(py, (done, all)).map(drop)
     }
 }
@@ -65,12 +65,12 @@ pub fn attend<T: Send>(
             let _ended = sender;
             work(&of_work)
         })?;
-        let (mut told, mut raised) = (0, None);
+        let (mut reported, mut raised) = (0, None);
         loop {
             let waited;
             (waited, receiver) = py.detach(move || (receiver.recv_timeout(LOOK), receiver));
             if raised.is_none()
-                && let Err(error) = py.check_signals().and_then(|()| attendance.tell(py, progress, &mut told))
+                && let Err(error) = py.check_signals().and_then(|()| attendance.report(py, progress, &mut reported))
             {
                 attendance.stop.store(true, Ordering::Relaxed);
                 raised = Some(error);

@@ -135,7 +135,7 @@ impl Observation {
 
 /// Pressure metrics of a run at the scene's first field point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Heard {
+pub struct PressureMetrics {
     pub positive_peak_pa: f64,
     pub negative_peak_pa: f64,
     /// Largest level within half the drive frequency of 0.95 MHz, dB re the fundamental; `None` if the sample rate is
@@ -143,7 +143,7 @@ pub struct Heard {
     pub level_at_950_khz_db: Option<f64>,
 }
 
-impl Heard {
+impl PressureMetrics {
     /// Pressure metrics over the window of the settings; `None` without water, or without pressure.
     ///
     /// # Errors

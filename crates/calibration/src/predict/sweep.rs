@@ -18,7 +18,7 @@ use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
-    observation::{self, Heard, Observation, watched},
+    observation::{self, Observation, PressureMetrics, watched},
 };
 use granchain_model::{ModelError, scene::Scene};
 use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
@@ -32,7 +32,7 @@ pub enum Run {
         observation: Observation,
         /// Pressure metrics, if there is water.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        heard: Option<Heard>,
+        heard: Option<PressureMetrics>,
         /// Residual of the energy balance over the largest energy, 1.
         energy_residual: f64,
         /// Mean, standard deviation and sensitivity, on request.
@@ -204,7 +204,7 @@ fn run_point<E: StdError>(
             Ok(observation) => observation,
             Err(error) => return failed(&error),
         };
-    let heard = match Heard::measure(&response, &settings) {
+    let heard = match PressureMetrics::measure(&response, &settings) {
         Ok(heard) => heard,
         Err(error) => return failed(&error),
     };

@@ -35,13 +35,9 @@ impl Difference {
         own: Vec<Option<Vec<f64>>>,
         above: Vec<Option<Vec<f64>>>,
     ) -> Option<Self> {
-        let (mut points, mut apart) = (Vec::new(), Vec::<Vec<f64>>::new());
-        for (at, (own, above)) in at.iter().zip(own.into_iter().zip(above)) {
-            if let (Some(own), Some(above)) = (own, above) {
-                points.push(z(centre, lower, at)?);
-                apart.push(above.iter().zip(&own).map(|(above, own)| above - own).collect());
-            }
-        }
+        let finished = at.iter().zip(differences(own, above)).filter_map(|(at, apart)| Some((at, apart?)));
+        let (at, apart): (Vec<&Vec<f64>>, Vec<Vec<f64>>) = finished.unzip();
+        let points = at.into_iter().map(|at| z(centre, lower, at)).collect::<Option<Vec<_>>>()?;
         let pairs = points.len();
         if pairs < centre.len() + 1 + FEWEST {
             return None;
@@ -75,6 +71,15 @@ impl Difference {
         z(&self.centre, &self.lower, at)
             .map_or(f64::INFINITY, |z| z.iter().fold(0.0, |most, z| f64::max(most, z.abs())))
     }
+}
+
+/// Other − own, of every pair of runs that both finished.
+pub(super) fn differences(own: Vec<Option<Vec<f64>>>, other: Vec<Option<Vec<f64>>>) -> Vec<Option<Vec<f64>>> {
+    let of = |(own, other): (Option<Vec<f64>>, Option<Vec<f64>>)| {
+        let (own, other) = own.zip(other)?;
+        Some(other.iter().zip(&own).map(|(other, own)| other - own).collect())
+    };
+    own.into_iter().zip(other).map(of).collect()
 }
 
 fn z(centre: &[f64], lower: &[Vec<f64>], at: &[f64]) -> Option<Vec<f64>> {

@@ -189,7 +189,7 @@ pub(super) fn solved(lower: &[Vec<f64>], x: &[f64]) -> Option<Vec<f64>> {
 
 /// Compared samples of one record, whitened by one covariance.
 pub(super) struct Compared {
-    rows: Vec<usize>,
+    pub rows: Vec<usize>,
     pub covariance: Covariance,
     /// J, Q and the shift's column.
     others: Mat<f64>,
@@ -228,18 +228,12 @@ impl Ensemble {
     /// Where one record lies on the mean trace, and what of it may be compared.
     fn place(known: &Known, number: usize, regression: &Regression, shift: f64) -> Placed {
         let record = known.records[number];
-        let further = known.correction.get(number).map(|(_, columns)| columns);
         let cycle = SAMPLES_PER_CYCLE;
         let len = regression.coefficients.nrows();
         let onset = (record.onset as f64 - shift).max(0.0) as usize;
         let end = (record.len() as f64 - shift).max(0.0) as usize;
         let last = len.min(end).saturating_sub(EDGE * cycle);
-        let square = |t: usize| {
-            let mean = regression.coefficients[(t, 0)].powi(2);
-            let rest: f64 = (0..regression.residuals.ncols()).map(|run| regression.residuals[(t, run)].powi(2)).sum();
-            let row = |columns: &Mat<f64>| (0..columns.ncols()).map(|j| columns[(t, j)].powi(2)).sum::<f64>();
-            (mean, rest / regression.freedom + further.map_or(0.0, row))
-        };
+        let square = |t: usize| (regression.coefficients[(t, 0)].powi(2), Self::variance(known, number, regression, t));
         let first = onset / cycle + 1;
         let parts = (first..last / cycle).find(|number| {
             let (mean, rest) = (number * cycle..(number + 1) * cycle)
@@ -372,11 +366,8 @@ impl Ensemble {
     pub fn outliers(&self, known: &Known, solution: &Solution) -> Option<Vec<Vec<usize>>> {
         let of = |(number, regression): (usize, &Regression)| {
             let (record, placed) = (known.records[number], solution.placed[number]);
-            let (values, rows) = record.compared(&placed);
-            let within = self.compared(known, number, regression, rows.clone())?;
-            let mean = regression.mean(&solution.z);
-            let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
-            let left = within.covariance.left(rest.as_ref());
+            let (within, rest) = self.remainder(known, number, regression, solution)?;
+            let (rows, left) = (&within.rows, within.covariance.left(rest.as_ref()));
             // The worst hides others behind it.
             let worst = (0..rows.len()).map(|i| left[(i, 0)].abs()).fold(0.0, f64::max);
             let far = |i: &usize| left[(*i, 0)].abs() > f64::max(OUTLIER * record.sigma, WORST * worst);
@@ -384,6 +375,27 @@ impl Ensemble {
             Some((0..rows.len()).filter(far).map(place).collect())
         };
         self.regressions(known)?.iter().enumerate().map(of).collect()
+    }
+
+    /// The samples of one record that are compared, and what the mean trace at the answer leaves of them.
+    pub(super) fn remainder(
+        &self,
+        known: &Known,
+        number: usize,
+        regression: &Regression,
+        solution: &Solution,
+    ) -> Option<(Compared, Mat<f64>)> {
+        let (values, rows) = known.records[number].compared(&solution.placed[number]);
+        let mean = regression.mean(&solution.z);
+        let rest = Mat::from_fn(rows.len(), 1, |i, _| values[rows[i]] - mean[rows[i]]);
+        Some((self.compared(known, number, regression, rows)?, rest))
+    }
+
+    /// Variance of a sample from run to run, with what is not known of a correction.
+    pub(super) fn variance(known: &Known, number: usize, regression: &Regression, t: usize) -> f64 {
+        let runs: f64 = (0..regression.residuals.ncols()).map(|run| regression.residuals[(t, run)].powi(2)).sum();
+        let row = |(_, columns): &(_, Mat<f64>)| (0..columns.ncols()).map(|j| columns[(t, j)].powi(2)).sum::<f64>();
+        runs / regression.freedom + known.correction.get(number).map_or(0.0, row)
     }
 
     /// Covariance of ln from that of z.

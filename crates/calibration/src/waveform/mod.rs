@@ -72,9 +72,6 @@ pub struct WaveformFit {
     /// What the model above the chain that answers changes of its runs.
     #[serde(skip)]
     pub(crate) difference: Option<Arc<Difference>>,
-    /// Of shots of one experiment: ln of the level of each over that of all, and its standard deviation.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub levels: Vec<[f64; 2]>,
     /// What is left of every record.
     #[serde(skip)]
     pub residuals: Vec<Residual>,
@@ -98,8 +95,8 @@ const WIDEST: f64 = 0.15;
 /// p below which the rounds are repeated from the amplitudes' answer.
 const AGAIN: f64 = 0.01;
 
-/// Most times that pairs are made anew about the answer that they gave, the distance of it from their middle, in their spread, that needs no further
-/// ones, and what lies between the numbers of their runs.
+/// Most times that pairs are made about an answer; largest distance of the next answer from their middle, in their spread, that ends it; and the
+/// step between the numbers of their runs.
 const TURNS: u64 = 4;
 const NEAR: f64 = 1.5;
 const BETWEEN: u64 = 1 << 20;
@@ -196,7 +193,7 @@ pub(crate) fn fit_above(
 
 /// Rounds, and again with pairs about their answer, until it lies in the middle of its pairs.
 fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> {
-    for turn in 0.. {
+    for turn in 0..TURNS {
         let paired = sources.paired(turn * BETWEEN, &start, seed)?;
         if turn == 0 {
             // The chain alone may lie cycles off.
@@ -276,7 +273,6 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
         settled: rounds.settled,
         difference: sources.records[0].difference.clone(),
-        levels: answer.levels,
         residuals: answer.residuals,
     })
 }

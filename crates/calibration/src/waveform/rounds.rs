@@ -94,8 +94,6 @@ pub(super) struct Answer {
     pub solution: Solution,
     pub p: f64,
     pub residuals: Vec<Residual>,
-    /// See [`Ensemble::levels`]; of shots of one experiment.
-    pub levels: Vec<[f64; 2]>,
 }
 
 impl Rounds {
@@ -318,10 +316,9 @@ impl Rounds {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(1);
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
-        let residuals = ensemble.residuals(&known, &solution)?;
         let shots = self.sources.alpha().filter(|_| self.sources.records() > 1 && self.sources.shares_level());
-        let levels = shots.and_then(|alpha| ensemble.levels(&known, &solution, alpha)).unwrap_or_default();
-        Some(Answer { solution, p, residuals, levels })
+        let residuals = ensemble.residuals(&known, &solution, shots)?;
+        Some(Answer { solution, p, residuals })
     }
 }
 

@@ -7,17 +7,17 @@ use rayon::prelude::*;
 
 use super::{
     columns::Nuisances,
-    difference::Difference,
+    difference::{Difference, differences},
     ensemble::{Known, beside},
     record::{RecordTrace, whitened},
-    rounds::{diagonal, drawn},
+    rounds::diagonal,
     start::Start,
 };
 use crate::{
     discrepancy::{CHAIN_ERROR, LEFT, MESH_ERROR},
     drive::HornNoise,
     fidelity::FidelityLevel,
-    forward::Forward,
+    forward::{Forward, Point},
     parameter::{Parameter, Target, reflect},
 };
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
@@ -42,9 +42,6 @@ pub(super) struct Source {
     pub above: Option<FidelityLevel>,
     pub difference: Option<Arc<Difference>>,
 }
-
-/// A point of the box in unit coordinates, and a factor on the stiffness over mass.
-type Point = (Vec<f64>, f64);
 
 #[derive(Clone)]
 pub(super) struct Sources {
@@ -110,10 +107,7 @@ impl Sources {
     /// The same with what the model above the chain changes, by pairs numbered from `first` where rounds would begin; `None` where too few finish.
     pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<Self> {
         let lower = diagonal(&start.half.iter().map(|half| 0.5 * half).collect::<Vec<f64>>());
-        let seed = (seed as u32).wrapping_add(first as u32);
-        let moved = |z: Vec<f64>| (0..z.len()).map(|d| start.centre[d] + lower[d][d] * z[d]).collect();
-        let at: Vec<Vec<f64>> =
-            drawn(PAIRS_ABOVE, start.centre.len(), seed).into_iter().map(|z| self.inside(moved(z))).collect();
+        let at = start.drawn(self, PAIRS_ABOVE, (seed as u32).wrapping_add(first as u32));
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let mut sources = self.clone();
         for source in &mut sources.records {
@@ -235,9 +229,8 @@ impl Sources {
 
 /// Mean of `error` times the differences, and what is not known of it: a column a difference.
 fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>, error: f64) -> Option<Correction> {
-    let both = own.into_iter().zip(finer).filter_map(|(own, finer)| own.zip(finer));
-    let apart: Vec<Vec<f64>> =
-        both.map(|(own, finer)| finer.iter().zip(&own).map(|(finer, own)| error * (finer - own)).collect()).collect();
+    let finished = differences(own, finer).into_iter().flatten();
+    let apart: Vec<Vec<f64>> = finished.map(|apart| apart.into_iter().map(|apart| error * apart).collect()).collect();
     let count = apart.len() as f64;
     let len = apart.iter().map(Vec::len).min().filter(|_| apart.len() >= FEWEST_PAIRS)?;
     let mean: Vec<f64> = (0..len).map(|t| apart.iter().map(|one| one[t]).sum::<f64>() / count).collect();
@@ -254,17 +247,16 @@ impl Source {
             Some(duration) => self.forward.lasting(duration).ok()?.waveforms(first, points, noise),
             None => self.forward.waveforms(first, points, noise),
         };
-        Some(made.into_par_iter().map(|trace| Some(self.whitened(&trace?))).collect())
+        Some(self.whitened(made))
     }
 
-    fn whitened(&self, trace: &[f64]) -> Vec<f64> {
-        whitened(trace, self.trace.step, self.trace.corner)
+    fn whitened(&self, made: Vec<Option<Vec<f64>>>) -> Vec<Option<Vec<f64>>> {
+        made.into_par_iter().map(|trace| Some(whitened(&trace?, self.trace.step, self.trace.corner))).collect()
     }
 
     /// The same runs of a model above the chain.
     fn runs_above(&self, above: &FidelityLevel, first: u64, points: &[Point]) -> Vec<Option<Vec<f64>>> {
-        let made = above.waveforms(first, points, self.noise.as_ref());
-        made.into_par_iter().map(|trace| Some(self.whitened(&trace?))).collect()
+        self.whitened(above.waveforms(first, points, self.noise.as_ref()))
     }
 
     /// What a finer step or mesh changes at a point.

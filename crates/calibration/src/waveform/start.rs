@@ -50,7 +50,6 @@ const PLACED: usize = 64;
 const BEHIND: (f64, f64) = (6.0, 4e-3);
 
 /// Where the rounds begin, ln.
-#[derive(Clone)]
 pub(super) struct Start {
     pub centre: Vec<f64>,
     pub half: Vec<f64>,
@@ -63,23 +62,19 @@ impl Start {
         let half = (0..answer.at.len()).map(|d| BEHIND.0 * answer.covariance[d][d].sqrt() + BEHIND.1);
         Self { centre: answer.at.clone(), half: half.collect(), shifts: answer.shifts() }
     }
-}
 
-/// A start about a point (unit coordinates) that is known to so many standard deviations (ln); where the records lie is not known.
-pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Start {
-    let half = deviations.iter().map(|deviation| (2.0 * deviation).clamp(HALF.0, HALF.1));
-    let half = half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect();
-    Start { centre: sources.of_unit(at), half, shifts: Vec::new() }
-}
-
-impl Start {
-    /// The same with the records placed on the run that resembles them most, of several about its centre; `None` where none can be made.
-    pub fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
+    /// Points about its centre, half its half-width a standard deviation.
+    pub fn drawn(&self, sources: &Sources, count: usize, seed: u32) -> Vec<Vec<f64>> {
         let moved = |z: Vec<f64>| {
             let each = z.iter().zip(&self.half).zip(&self.centre);
             sources.inside(each.map(|((z, half), x)| x + 0.5 * half * z).collect())
         };
-        let at: Vec<Vec<f64>> = drawn(PLACED, self.centre.len(), (seed ^ SEED) as u32).into_iter().map(moved).collect();
+        drawn(count, self.centre.len(), seed).into_iter().map(moved).collect()
+    }
+
+    /// The same with the records placed on the run that resembles them most, of several about its centre; `None` where none can be made.
+    pub fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
+        let at = self.drawn(sources, PLACED, (seed ^ SEED) as u32);
         let runs = sources.traces(0, &at, None)?;
         let of = |number: usize| {
             let both = sources.records.iter().zip(&runs);
@@ -90,6 +85,13 @@ impl Start {
         let best = (0..at.len()).filter_map(of).min_by(|a, b| sum(a).total_cmp(&sum(b)))?;
         Some(Self { shifts: best.into_iter().map(|(_, shift)| shift).collect(), ..self })
     }
+}
+
+/// A start about a point (unit coordinates) that is known to so many standard deviations (ln); where the records lie is not known.
+pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Start {
+    let half = deviations.iter().map(|deviation| (2.0 * deviation).clamp(HALF.0, HALF.1));
+    let half = half.chain(sources.modulus.map(|modulus| 2.0 * modulus)).collect();
+    Start { centre: sources.of_unit(at), half, shifts: Vec::new() }
 }
 
 /// A run of the search: unit coordinates, misfit, shifts.

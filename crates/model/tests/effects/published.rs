@@ -1,4 +1,4 @@
-//! Published chains of beads under a striker. The tolerances stood before the runs; what a row is held against is said with it.
+//! Published chains of beads under a striker. Tolerances were set before the runs; each row names its source.
 
 use super::impact::{crest, row, run};
 use granchain_model::{

@@ -1,7 +1,7 @@
 //! What is compared of two runs.
 
 use super::ladder::short;
-use granchain_calibration::predict::observation::{self, Heard, Observation};
+use granchain_calibration::predict::observation::{self, Observation, PressureMetrics};
 use granchain_model::{response::Response, scene::Scene};
 use granchain_signal::{LowPass, Series, feature::FeatureError};
 
@@ -113,7 +113,7 @@ impl Watched {
                 Ok(keys.map(|(key, unit)| feature(key, unit, observed.get(key))).to_vec())
             }
             Self::Pressure => {
-                let metrics = Heard::measure(response, &settings)?;
+                let metrics = PressureMetrics::measure(response, &settings)?;
                 Ok(vec![
                     feature("positive_peak", "Pa", metrics.map(|metrics| metrics.positive_peak_pa)),
                     feature("negative_peak", "Pa", metrics.map(|metrics| metrics.negative_peak_pa)),
