@@ -1,7 +1,7 @@
 //! `granchain verify`: a calibration made again from its recorded inputs, and every number compared with those in its folder.
 //!
 //! `manifest.json` holds the arguments and the SHA-256 of every input. The inputs are checked, the whole calibration is run again, and numbers of
-//! `calibration.json` and of all tables are compared within a tolerance; pages and pictures are compared by the digests in the manifest. The folder is
+//! `calibration.json` and of all tables are compared within a tolerance; every file is compared with its digest in the manifest. The folder is
 //! read only.
 
 mod inputs;
@@ -117,9 +117,11 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         match derived.get(name).filter(|_| name.ends_with(".json") || name.ends_with(".csv")) {
             Some(expected) if name.ends_with(".csv") => comparison.tables(name, expected, found),
             Some(expected) => comparison.documents(name, expected, found),
-            None => comparison.digests(name, manifest.files.get(name), found),
+            None => {}
         }
+        comparison.digests(name, manifest.files.get(name), found);
     }
+    comparison.names(&manifest, &derived);
     let verification = Verification {
         folder,
         verified: comparison.differences.is_empty(),
@@ -263,6 +265,18 @@ impl Comparison {
                     self.differ(format!("{name}:{}: column `{column}`", line + 1), cell, other);
                 }
             }
+        }
+    }
+
+    /// The files that the manifest names are those that a calibration writes.
+    fn names(&mut self, manifest: &Manifest, derived: &Stored) {
+        let place = |name: &str| format!("{}: files.{name}", manifest::FILE);
+        for name in manifest.files.keys().filter(|name| !derived.contains_key(*name)) {
+            self.differ(place(name), "no such file", "its digest");
+        }
+        let own = [manifest::FILE, timing::FILE];
+        for name in derived.keys().filter(|name| !manifest.files.contains_key(*name) && !own.contains(&name.as_str())) {
+            self.differ(place(name), "its digest", "none");
         }
     }
 

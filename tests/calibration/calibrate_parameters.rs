@@ -369,6 +369,8 @@ fn crosstalk_of_the_drive_is_measured_and_named_and_moves_no_answer() {
         let statements = outcome["statements"].to_string();
         assert_eq!(statements.contains("Of the drive 1.0 ± 0.0 % of the peak leaks"), leaks > 0.0, "{statements}");
         assert_eq!(statements.contains("leaks"), leaks > 0.0, "{statements}");
+        let page = std::fs::read_to_string(bench.path(&format!("{out}/report.html"))).unwrap();
+        assert_eq!(page.contains("holds crosstalk of the drive, 1.0 ± 0.0 % of the peak"), leaks > 0.0);
         let missed = ["alpha", "damping"].map(|name| missed(&outcome, name, if name == "alpha" { ALPHA } else { 0.4 }));
         assert!(missed.iter().all(|missed| *missed < 1.8), "{missed:?}");
     }

@@ -7,6 +7,8 @@ use std::{
     process::{Command, Output},
 };
 
+use granchain::measurement::sha256;
+
 use crate::{
     calibrate_bench::Bench,
     harness::{code, stderr, stdout},
@@ -58,6 +60,7 @@ fn a_fresh_calibration_passes_and_an_altered_number_page_or_input_is_named() {
     written.remove(".granchain");
     altered_files_are_named(&bench, &written);
     another_processor_may_round(&bench, &written);
+    the_manifest_is_checked(&bench, &written);
     the_inputs_are_checked(&bench);
     a_colleague_finds_the_inputs_under_other_names(&bench);
     what_is_not_there_is_said(&bench, &written);
@@ -103,8 +106,10 @@ fn another_processor_may_round(bench: &Bench, written: &BTreeMap<String, Vec<u8>
         let is_long = |word: &&str| word.len() > 15 && word.contains('.') && word.parse::<f64>().is_ok();
         let number = text.split([',', ' ', '\n']).find(is_long).unwrap();
         let other = number.parse::<f64>().unwrap() * (1.0 + change);
+        let digests = [&text, &text.replacen(number, &format!("{other}"), 1)].map(|text| sha256(text.as_bytes()));
         folder.insert("calibration.json".into(), text.replacen(number, &format!("{other}"), 1).into_bytes());
         let manifest = String::from_utf8(folder.remove("manifest.json").unwrap()).unwrap();
+        let manifest = manifest.replace(&digests[0], &digests[1]);
         let (before, rest) = manifest.split_once("\"processor\": \"").unwrap();
         let manifest = format!("{before}\"processor\": \"aarch64\"{}", rest.split_once('"').unwrap().1);
         folder.insert("manifest.json".into(), manifest.into_bytes());
@@ -115,6 +120,23 @@ fn another_processor_may_round(bench: &Bench, written: &BTreeMap<String, Vec<u8>
         let output = verify(bench, &["altered"]);
         assert_eq!(code(&output), expected, "{}", stdout(&output));
         assert!(stdout(&output).contains("1e-6"), "{}", stdout(&output));
+    }
+}
+
+/// An altered digest of a table, and an altered name of a page.
+fn the_manifest_is_checked(bench: &Bench, written: &BTreeMap<String, Vec<u8>>) {
+    let text = String::from_utf8_lossy(&written["manifest.json"]).into_owned();
+    let manifest: Value = serde_json::from_str(&text).unwrap();
+    let digest = manifest["files"]["features.csv"].as_str().unwrap();
+    let digit = with_another_digit(digest.as_bytes(), digest.find(|c: char| c.is_ascii_digit()).unwrap());
+    let altered = text.replace(digest, &String::from_utf8(digit).unwrap()).replace("\"report.html", "\"page.html");
+    let mut folder = written.clone();
+    folder.insert("manifest.json".into(), altered.into_bytes());
+    lay(&folder, &bench.path("forged"));
+    let output = verify(bench, &["forged"]);
+    assert_eq!(code(&output), 1, "{}", stdout(&output));
+    for place in ["features.csv: SHA-256", "manifest.json: files.page.html", "manifest.json: files.report.html"] {
+        assert!(stdout(&output).contains(place), "{place}: {}", stdout(&output));
     }
 }
 

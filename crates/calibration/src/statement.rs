@@ -125,23 +125,18 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     said
 }
 
-/// Crosstalk over the peak, and over its standard deviation, that is named.
-const CROSSTALK: (f64, f64) = (2e-3, 4.0);
-
 /// Statements on what leaks of the drive into the records (`labels`).
 #[must_use]
 pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
     let decides = fit.waveform.iter().filter(|waveform| waveform.decides());
     let each = decides.flat_map(|waveform| &waveform.residuals).zip(labels);
-    each.filter(|(of, _)| of.crosstalk[0] > f64::max(CROSSTALK.0, CROSSTALK.1 * of.crosstalk[1]))
-        .map(|(of, label)| {
-            format!(
-                "Of the drive {:.1} ± {:.1} % of the peak leaks into the signal of {label}, from the beginning of the drive on. The fit takes it into account; separate the cables.",
-                100.0 * of.crosstalk[0],
-                100.0 * of.crosstalk[1]
-            )
-        })
-        .collect()
+    each.filter_map(|(of, label)| {
+        let [share, deviation] = of.leaking()?.map(|share| 100.0 * share);
+        Some(format!(
+            "Of the drive {share:.1} ± {deviation:.1} % of the peak leaks into the signal of {label}, from the beginning of the drive on. The fit takes it into account; separate the cables."
+        ))
+    })
+    .collect()
 }
 
 /// Statement on the waveform comparison, and whether it decided.

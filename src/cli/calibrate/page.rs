@@ -53,6 +53,7 @@ pub fn report(
     let shots = problem.shots.iter().zip(&confirmed.confirmations).enumerate();
     let records = shots.map(|(number, (shot, confirmation))| RecordReport {
         residual: residual(&best.fit, number),
+        instrument: instrument(&best.fit, number, shot),
         ..record(problem, (number, shot), &best.scene(number), confirmation.as_ref())
     });
     CalibrationReport {
@@ -119,6 +120,7 @@ fn record(
         recorded: record.map(|record| record.series.clone()),
         simulated: confirmation.map(simulated_span),
         residual: Vec::new(),
+        instrument: Vec::new(),
         alignment: confirmation.map_or_else(String::new, |found| alignment(found, &shot.comparison.reduction)),
         masked: record.map_or_else(Vec::new, masked),
         window: confirmation.map(|confirmation| confirmation.window),
@@ -133,6 +135,18 @@ fn residual(fit: &Fit, number: usize) -> Vec<(f64, f64, f64)> {
     let Some(of) = waveform.and_then(|waveform| waveform.residuals.get(number)) else { return Vec::new() };
     let each = of.times.iter().zip(&of.left).zip(&of.deviations);
     each.map(|((time, left), deviation)| (*time, *left, *deviation)).collect()
+}
+
+/// Averages and crosstalk of a record, in sentences.
+fn instrument(fit: &Fit, number: usize, shot: &Shot) -> Vec<String> {
+    let averages = shot.comparison.averages;
+    let mean = (averages > 1).then(|| format!("The record is the mean of {averages} shots."));
+    let waveform = fit.waveform.as_ref().filter(|waveform| waveform.decides());
+    let crosstalk = waveform.and_then(|waveform| waveform.residuals.get(number)?.leaking()).map(|leaking| {
+        let [share, deviation] = leaking.map(|share| 100.0 * share);
+        format!("The record holds crosstalk of the drive, {share:.1} ± {deviation:.1} % of the peak.")
+    });
+    mean.into_iter().chain(crosstalk).collect()
 }
 
 /// The stretches of a record that are bridged, up to its ends.

@@ -128,6 +128,13 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
     let whole = overlay(Axis::time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
     let mut caption = format!("{both}: the whole record.");
+    if !record.masked.is_empty() {
+        caption.push_str(" Shaded: masked samples, bridged in both.");
+    }
+    for found in &record.instrument {
+        caption.push(' ');
+        caption.push_str(found);
+    }
     let mut panels = vec![whole];
     if !record.residual.is_empty() {
         caption.push_str(

@@ -62,6 +62,9 @@ pub struct RecordReport {
     /// Stretches that were bridged in it and in every simulated run, s, record time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masked: Vec<(f64, f64)>,
+    /// What else was found of its instrument: averages, crosstalk; sentences of the first figure's caption.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instrument: Vec<String>,
     pub window: Option<Window>,
     /// Names of the fitted features, in the order they are compared.
     pub compared: Vec<String>,
