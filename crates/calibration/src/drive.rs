@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use granchain_model::scene::Scene;
 use granchain_record::{
-    Baseline, HornDrive, Masked, MeasurementError, ReadOptions, Record, RecordKind, Remainder,
+    Baseline, Ending, HornDrive, Masked, MeasurementError, ReadOptions, Record, RecordKind, Remainder,
     read_back::{LARGE, read_back},
     read_record, read_record_bytes, sha256,
 };
@@ -25,6 +25,12 @@ const SHAKEN: u64 = 0x5AC3;
 
 /// Residual drive noise below which runs do not draw it, over the peak: a tenth of the gap scale for a drive of 1 µm.
 const FELT: f64 = 3e-5;
+
+/// Cycles of a drive that a fit simulates and compares: what follows is steady, or parts from run to run.
+const MOST_CYCLES: f64 = 400.0;
+
+/// Cycles of motion that are kept beyond the last one compared.
+const FOLLOWED: f64 = 10.0;
 
 /// An input file of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -141,6 +147,32 @@ impl RecordedDrive {
         scene.with_continued_record(displacement.clone(), *recorded_until, self.shakes.clone(), *drive_frequency, file)
     }
 
+    /// The drive without what no fit compares.
+    fn shortened(mut self) -> Self {
+        let motion = &mut self.motion;
+        let last = motion.begins_at + MOST_CYCLES / motion.drive_frequency;
+        if motion.recorded_until <= last {
+            return self;
+        }
+        let cycles = (motion.recorded_until - motion.begins_at) * motion.drive_frequency;
+        // Whether the burst ends within the record no longer matters.
+        let before = motion.warnings();
+        motion.ends = Ending::Rest;
+        let after = motion.warnings();
+        let settled = |text: &String| before.iter().any(|it| text.ends_with(it) && !after.contains(it));
+        self.warnings.retain(|text| !settled(text));
+        motion.recorded_until = last;
+        let followed = last + FOLLOWED / motion.drive_frequency - motion.displacement.start;
+        motion.displacement.values.truncate((followed / motion.displacement.step) as usize);
+        motion.displacement.values.shrink_to_fit();
+        self.shakes = Self::shakes_of(motion);
+        self.assumptions.push(format!(
+            "{}: of the {cycles:.0} cycles of the drive only the first {MOST_CYCLES} are simulated and compared",
+            self.input.path.display()
+        ));
+        self
+    }
+
     /// Residual noise of the motion; `None` if unknown or negligible.
     #[must_use]
     pub(crate) fn noise(&self) -> Option<HornNoise> {
@@ -183,10 +215,11 @@ fn at_plateau(
     read: impl Fn(&ReadOptions) -> Result<RecordedDrive, MeasurementError>,
 ) -> Result<RecordedDrive, MeasurementError> {
     let plateau = ReadOptions { baseline: Baseline::Plateau, ..options.clone() };
-    match read(&plateau) {
-        Err(MeasurementError::NoPlateau { .. }) => read(options),
-        drive => Ok(RecordedDrive { options: options.clone(), ..drive? }),
-    }
+    let drive = match read(&plateau) {
+        Err(MeasurementError::NoPlateau { .. }) => read(options)?,
+        drive => RecordedDrive { options: options.clone(), ..drive? },
+    };
+    Ok(drive.shortened())
 }
 
 /// The piston's displacement under a scene's drive at α = 1, m, over its duration.
@@ -196,4 +229,40 @@ pub fn displacement(scene: &Scene) -> Series {
     let count = (scene.duration / scene.output_step).round() as usize + 1;
     let values = (0..count).map(|index| motion.at(index as f64 * scene.output_step).0).collect();
     Series::new(0.0, scene.output_step, values)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+
+    /// A horn that moves by 1 µm at 73 kHz from t = 0 to the end of its record.
+    fn record(cycles: f64) -> String {
+        let mut text = String::from("time_us,displacement_nm\n");
+        for sample in -400..(cycles / 73e3 / 0.5e-6) as i32 {
+            let time = 0.5e-6 * f64::from(sample);
+            let moved = if time > 0.0 { 1e3 * (std::f64::consts::TAU * 73e3 * time).sin() } else { 0.0 };
+            let _ = writeln!(text, "{:.1},{moved:.3}", 1e6 * time);
+        }
+        text
+    }
+
+    #[test]
+    fn of_a_long_burst_the_first_cycles_are_compared_and_that_is_said() {
+        let read = |cycles: f64| {
+            let text = record(cycles);
+            RecordedDrive::of_bytes_at_plateau(Path::new("h.csv"), text.as_bytes(), &ReadOptions::default()).unwrap()
+        };
+        let (short, long) = (read(300.0), read(1000.0));
+        assert!((short.motion.recorded_until - 300.0 / 73e3).abs() < 1e-6, "{}", short.motion.recorded_until);
+        assert!((long.motion.recorded_until - 400.0 / 73e3).abs() < 1e-6, "{}", long.motion.recorded_until);
+        let kept = long.motion.displacement.end() * 73e3;
+        assert!((400.0..411.0).contains(&kept), "{kept}");
+        let says = |drive: &RecordedDrive| drive.assumptions.iter().any(|it| it.contains("only the first 400"));
+        assert!(says(&long) && !says(&short), "{:?}", long.assumptions);
+        // The burst of the long record ends within what is compared.
+        assert!(long.warnings.is_empty() && short.warnings[0].contains("ends inside the burst"), "{:?}", long.warnings);
+    }
 }

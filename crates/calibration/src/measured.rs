@@ -176,12 +176,13 @@ impl Measured {
     }
 }
 
-/// Length of a record that is kept after its motion, in durations of the scene: the comparison ends with the burst.
+/// Length of a record that is kept after its burst, in durations of the scene: the comparison ends with the burst.
 const KEPT: f64 = 2.0;
 
 /// Cuts the tail of a long record, which is not compared but would cost memory and time; returns a description.
 fn without_tail(record: &mut Record, scene: &Scene) -> Option<String> {
-    let last = Window::of_trace(&record.series, scene.drive.frequency).ok()?.to;
+    let burst = Window::of_trace(&record.series, scene.drive.frequency).ok()?;
+    let last = burst.to.min(burst.from + scene.duration);
     let (until, end) = (last + KEPT * scene.duration, record.series.end());
     let kept = ((until - record.series.start) / record.series.step).ceil() as usize + 1;
     if kept >= record.series.len() {

@@ -128,13 +128,13 @@ pub fn statements(fit: &Fit) -> Vec<String> {
 /// Statements on what leaks of the drive into the records (`labels`).
 #[must_use]
 pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
-    let decides = fit.waveform.iter().filter(|waveform| waveform.decides());
-    let each = decides.flat_map(|waveform| &waveform.residuals).zip(labels);
-    each.filter_map(|(of, label)| {
-        let [share, deviation] = of.leaking()?.map(|share| 100.0 * share);
-        Some(format!(
+    let found = |number| fit.waveform.as_ref()?.crosstalk(number);
+    let each = labels.iter().enumerate().filter_map(|(number, label)| Some((found(number)?, label)));
+    each.map(|(found, label)| {
+        let [share, deviation] = found.map(|share| 100.0 * share);
+        format!(
             "Of the drive {share:.1} ± {deviation:.1} % of the peak leaks into the signal of {label}, from the beginning of the drive on. The fit takes it into account; separate the cables."
-        ))
+        )
     })
     .collect()
 }

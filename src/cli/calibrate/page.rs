@@ -141,9 +141,8 @@ fn residual(fit: &Fit, number: usize) -> Vec<(f64, f64, f64)> {
 fn instrument(fit: &Fit, number: usize, shot: &Shot) -> Vec<String> {
     let averages = shot.comparison.averages;
     let mean = (averages > 1).then(|| format!("The record is the mean of {averages} shots."));
-    let waveform = fit.waveform.as_ref().filter(|waveform| waveform.decides());
-    let crosstalk = waveform.and_then(|waveform| waveform.residuals.get(number)?.leaking()).map(|leaking| {
-        let [share, deviation] = leaking.map(|share| 100.0 * share);
+    let crosstalk = fit.waveform.as_ref().and_then(|waveform| waveform.crosstalk(number)).map(|found| {
+        let [share, deviation] = found.map(|share| 100.0 * share);
         format!("The record holds crosstalk of the drive, {share:.1} ± {deviation:.1} % of the peak.")
     });
     mean.into_iter().chain(crosstalk).collect()

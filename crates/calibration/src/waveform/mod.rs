@@ -104,6 +104,12 @@ const BETWEEN: u64 = 1 << 20;
 /// 95 % quantile of the standard normal distribution.
 pub(crate) const QUANTILE: f64 = 1.644_853_627;
 
+/// Smallest p at which crosstalk is told from a wrong model.
+const FITS: f64 = 0.01;
+
+/// Crosstalk over the peak, and over its standard deviation, that is named.
+const NAMED: (f64, f64) = (2e-3, 4.0);
+
 impl WaveformFit {
     /// Whether the waveform decides: enough cycles are predictable, and the answer is narrow enough for a normal
     /// distribution.
@@ -111,6 +117,14 @@ impl WaveformFit {
     pub fn decides(&self) -> bool {
         let narrow = (0..self.at.len()).all(|d| self.covariance[d][d].sqrt() < WIDEST);
         narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
+    }
+
+    /// The crosstalk of the drive in record `number`, over its peak, and its standard deviation, where it is beyond doubt: the waveform decides and fits
+    /// (p ≥ 0.01), and the share is above 0.2 % and 4 standard deviations.
+    #[must_use]
+    pub fn crosstalk(&self, number: usize) -> Option<[f64; 2]> {
+        let found = self.residuals.get(number)?.crosstalk;
+        (self.decides() && self.p >= FITS && found[0] > f64::max(NAMED.0, NAMED.1 * found[1])).then_some(found)
     }
 
     /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has

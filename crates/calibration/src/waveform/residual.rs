@@ -21,18 +21,6 @@ pub struct Residual {
     pub level: Option<[f64; 2]>,
 }
 
-/// Crosstalk over the peak, and over its standard deviation, that is named.
-const NAMED: (f64, f64) = (2e-3, 4.0);
-
-impl Residual {
-    /// The crosstalk over the peak and its standard deviation, where it is beyond doubt: above 0.2 % and 4 standard deviations.
-    #[must_use]
-    pub fn leaking(&self) -> Option<[f64; 2]> {
-        let [share, deviation] = self.crosstalk;
-        (share > f64::max(NAMED.0, NAMED.1 * deviation)).then_some(self.crosstalk)
-    }
-}
-
 impl Ensemble {
     /// Residual of every record at the answer, without the most likely shift, drift, crosstalk and sensitivity of its instrument.
     /// `alpha` is the number of the parameter that the level multiplies, where records are shots of one experiment.
