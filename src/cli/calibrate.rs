@@ -228,7 +228,7 @@ fn ended(error: Refusal) -> anyhow::Error {
 
 /// Which model was chosen by default, for the terminal.
 fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
-    if problem.shots.len() > 1 {
+    if problem.recorded_runs.len() > 1 {
         return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));
     }
     Ok(problem.lead().bench.model_taken()?)
@@ -251,15 +251,17 @@ fn is_of_others(folder: &Path, problem: &Problem) -> bool {
     };
     let inputs = manifest.inputs.iter().filter(|(role, _)| role.starts_with("measured"));
     let of: BTreeSet<&str> = inputs.map(|(_, input)| input.sha256.as_str()).collect();
-    of != problem.shots.iter().map(|shot| shot.measured.sha256()).collect()
+    of != problem.recorded_runs.iter().map(|recorded_run| recorded_run.measured.sha256()).collect()
 }
 
 /// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name; of several
 /// records the folder that holds them all, else all their names.
 fn default_target(problem: &Problem) -> PathBuf {
     let measured = problem.lead().measured.path();
-    if problem.shots.len() > 1 {
-        let holds = |folder: &&Path| problem.shots.iter().all(|shot| shot.measured.path().starts_with(folder));
+    if problem.recorded_runs.len() > 1 {
+        let holds = |folder: &&Path| {
+            problem.recorded_runs.iter().all(|recorded_run| recorded_run.measured.path().starts_with(folder))
+        };
         let common = measured.ancestors().skip(1).find(holds).and_then(Path::file_name);
         let name = common.map_or_else(|| problem.labels().join("-"), |name| name.to_string_lossy().into_owned());
         return Path::new("calibrations").join(name);

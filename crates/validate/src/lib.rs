@@ -6,4 +6,4 @@ pub mod effects;
 pub mod laboratory;
 pub mod page;
 pub mod stress;
-pub mod twins;
+pub mod synthetic;

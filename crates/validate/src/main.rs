@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use granchain_calibration::predict::{Bodies, members::Unwatched};
+use granchain_calibration::predict::{Bodies, replicates::Unwatched};
 use granchain_report::number::{short, significant};
 use granchain_validate::stress::{CASES, Check, Limit, StressPlan, run};
 
