@@ -61,6 +61,14 @@ pub(super) fn is_counter(name: &str) -> bool {
 }
 
 impl Column {
+    /// A column with the unit that a file states beside its name; without one the name is read for it.
+    pub(super) fn named(name: &str, unit: &str) -> Self {
+        if unit.trim().is_empty() {
+            return Self::from_header(name);
+        }
+        Self { header: name.into(), name: name.into(), unit_text: Some(unit.into()), unit: Some(parse_unit(unit)) }
+    }
+
     /// Parses a header: `Velocity [mm/s]`, `Time (us)`, `t / s`, `velocity_mm_per_s`, `Velocity mm/s`, `Time`.
     pub(super) fn from_header(header: &str) -> Self {
         let header = header.trim();

@@ -4,7 +4,7 @@ use std::{borrow::Cow, path::Path};
 
 use encoding_rs::{UTF_16BE, UTF_16LE, WINDOWS_1252};
 
-use super::{MeasurementError, Place, universal::is_universal};
+use super::{MeasurementError, Place, binary::is_binary, universal::is_universal};
 
 /// Character encoding of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ const MAGIC: [(&[u8], &str); 10] = [
 
 /// Refuses a file whose first bytes show that it is not text, before the rest is read. UTF-16 is detected later.
 pub(super) fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementError> {
-    if is_universal(head) {
+    if is_universal(head) || is_binary(path, head) {
         return Ok(());
     }
     refuse_magic(path, head)?;

@@ -28,6 +28,8 @@ pub enum MeasurementError {
     Io { path: PathBuf, source: std::io::Error },
     #[error("{}: expected a header line and rows of numbers, found an empty file; export it again", path.display())]
     Empty { path: PathBuf },
+    #[error("{}: {text}", path.display())]
+    Instrument { path: PathBuf, text: String },
     #[error("{}: expected text, found {found}; export the record as CSV text", path.display())]
     Binary {
         path: PathBuf,

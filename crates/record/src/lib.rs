@@ -10,6 +10,7 @@
 //! ([`MeasurementError`]).
 
 mod baseline;
+mod binary;
 mod choice;
 mod column;
 mod continuation;

@@ -11,6 +11,7 @@ use granchain_signal::{Dimension, InstrumentResponse, Quantity, Series, Unit, in
 use super::{
     Baseline, MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, Sensitivity,
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, plateau_mean, quiet_lead, without_drift},
+    binary,
     column::{Column, is_of, is_peak_detect},
     encoding, estimate, header, line,
     mask::{self, Masking},
@@ -46,7 +47,7 @@ pub fn horn_column(path: &Path, options: &ReadOptions) -> Option<String> {
     let (mut head, _) = read_head(path).ok()?;
     let end = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r'))?;
     head.truncate(end + 1);
-    if universal::is_universal(&head) {
+    if universal::is_universal(&head) || binary::is_binary(path, &head) {
         return None;
     }
     let columns = table::columns(path, &head, options).ok()?;

@@ -9,7 +9,7 @@ use std::{borrow::Cow, path::Path};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
-    Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
+    Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary,
     column::{Chosen, Column, choose},
     decimal::{self, Exact, number},
     dialect::{self, Dialect},
@@ -193,6 +193,9 @@ pub(super) fn read(
     options: &ReadOptions,
 ) -> Result<(Table, RecordKind), MeasurementError> {
     let kind = kind.into();
+    if let Some(found) = binary::read(path, bytes, kind, options) {
+        return found;
+    }
     let lines = separated::with_line_feeds(bytes);
     if universal::is_universal(&lines) {
         return universal::read(path, &lines, kind, options);

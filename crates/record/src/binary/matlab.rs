@@ -1,0 +1,136 @@
+//! MATLAB `.mat` of versions 5 to 7: matrices of real numbers, also within structures.
+//!
+//! Behind a header of 128 bytes follow elements of a type, a length and data that fill up to eight bytes; a compressed element is a zlib stream of one
+//! element. A matrix holds its flags, sizes, name and real part. Version 7.3 is HDF5 and is refused with what to type.
+
+use std::{io::Read as _, path::Path};
+
+use flate2::read::ZlibDecoder;
+
+use super::{
+    super::ReadOptions,
+    Contents,
+    bytes::{Bytes, Sample},
+    numpy::{Array, contents},
+};
+
+const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+/// Classes of a matrix: structure; first and last class of numbers.
+const STRUCTURE: u8 = 2;
+const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
+/// Flag of a complex matrix.
+const COMPLEX: u8 = 8;
+/// Most bytes that an element may unpack to, over the file's length; most matrices; most structures within each other.
+const MOST_UNPACKED: usize = 200;
+const MOST_MATRICES: usize = 2000;
+const DEEPEST: usize = 6;
+
+pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+    let big_endian = bytes.get(126..128) == Some(b"MI");
+    let mut found = Vec::new();
+    let mut left = MOST_UNPACKED.saturating_mul(bytes.len());
+    elements(Bytes { all: bytes, big_endian }, 128, "", &mut found, &mut left, 0)
+        .ok_or("MATLAB file: expected whole variables, found fewer bytes; the file was cut short: copy it again")?;
+    contents("MATLAB (.mat)", found)
+}
+
+/// Type, length and place of the data of an element, and where the next begins.
+fn element(file: Bytes<'_>, at: usize) -> Option<(u32, usize, usize, usize)> {
+    let first = file.u32(at)?;
+    if first >> 16 != 0 {
+        // A small element: length and type share four bytes.
+        return Some((first & 0xffff, (first >> 16) as usize, at + 4, at + 8));
+    }
+    let length = file.count(at + 4)?;
+    let end = (at + 8).checked_add(length)?;
+    let padded = if first == COMPRESSED { end } else { end.checked_add((8 - length % 8) % 8)? };
+    Some((first, length, at + 8, padded))
+}
+
+/// All elements from `at` on; `None` if one is cut short.
+fn elements(
+    file: Bytes<'_>,
+    mut at: usize,
+    prefix: &str,
+    found: &mut Vec<Array>,
+    left: &mut usize,
+    depth: usize,
+) -> Option<()> {
+    while at + 8 <= file.all.len() && found.len() < MOST_MATRICES {
+        let (kind, length, data, next) = element(file, at)?;
+        let body = file.slice(data, length)?;
+        match kind {
+            COMPRESSED => {
+                let mut whole = Vec::new();
+                ZlibDecoder::new(body).take(*left as u64).read_to_end(&mut whole).ok()?;
+                *left -= whole.len();
+                let inner = Bytes { all: &whole, ..file };
+                elements(inner, 0, prefix, found, left, depth)?;
+            }
+            MATRIX => matrix(Bytes { all: body, ..file }, prefix, found, left, depth)?,
+            _ => {}
+        }
+        at = next;
+    }
+    Some(())
+}
+
+/// A matrix, and those in the fields of a structure.
+fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, left: &mut usize, depth: usize) -> Option<()> {
+    if file.all.is_empty() {
+        return Some(());
+    }
+    let (_, _, flags, at) = element(file, 0)?;
+    let flags = file.u32(flags)?;
+    let (class, flags) = (flags as u8, (flags >> 8) as u8);
+    let (_, length, sizes, at) = element(file, at)?;
+    let sizes: Vec<usize> = (0..length / 4).filter_map(|index| file.count(sizes + 4 * index)).collect();
+    let (_, length, name, mut at) = element(file, at)?;
+    let name = file.text(name, length)?;
+    let name =
+        if prefix.is_empty() || name.is_empty() { format!("{prefix}{name}") } else { format!("{prefix}.{name}") };
+    if class == STRUCTURE && depth < DEEPEST {
+        let (_, _, width, next) = element(file, at)?;
+        let width = file.count(width)?;
+        let (_, length, names, next) = element(file, next)?;
+        at = next;
+        let count = length.checked_div(width)?;
+        for field in (0..count).cycle().take(count.checked_mul(sizes.iter().product())?) {
+            let (kind, length, data, next) = element(file, at)?;
+            let inner = Bytes { all: file.slice(data, length)?, ..file };
+            if kind == MATRIX && found.len() < MOST_MATRICES {
+                let field = format!("{name}.{}", file.text(names + field * width, width)?);
+                matrix(inner, &field, found, left, depth + 1)?;
+            }
+            at = next;
+        }
+        return Some(());
+    }
+    // Logical and complex matrices, texts, cells and sparse matrices are no records.
+    if !NUMBERS.contains(&class) || flags & COMPLEX != 0 || sizes.len() != 2 {
+        return Some(());
+    }
+    let (kind, length, data, _) = element(file, at)?;
+    let kind = match kind {
+        1 => Sample::Signed(1),
+        2 => Sample::Unsigned(1),
+        3 => Sample::Signed(2),
+        4 => Sample::Unsigned(2),
+        5 => Sample::Signed(4),
+        6 => Sample::Unsigned(4),
+        7 => Sample::Float(4),
+        9 => Sample::Float(8),
+        12 => Sample::Signed(8),
+        13 => Sample::Unsigned(8),
+        _ => return Some(()),
+    };
+    let count = sizes[0].checked_mul(sizes[1])?;
+    if length / kind.width() < count {
+        return None;
+    }
+    file.slice(data, length)?;
+    let values = file.samples(data, kind.width(), count, kind);
+    found.push(Array { name, rows: sizes[0], columns: sizes[1], values });
+    Some(())
+}

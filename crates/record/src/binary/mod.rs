@@ -1,0 +1,171 @@
+//! Instruments' and programs' own files, recognised by their first bytes.
+//!
+//! | file | recognised by | source of the layout |
+//! |---|---|---|
+//! | NumPy `.npy`, `.npz` | `\x93NUMPY`; a zip archive of such | NumPy Enhancement Proposal 1 |
+//! | MATLAB `.mat`, versions 5 to 7 | `MATLAB 5.0` | MathWorks, *MAT-File Format* |
+//! | NI TDMS | `TDSm` | National Instruments, *TDMS File Format Internal Structure* |
+//! | LeCroy, Teledyne `.trc` | `WAVEDESC` | LeCroy, template `LECROY_2_3` |
+//! | Tektronix `.isf` | `:WFMP` | Tektronix, programmer manuals, `WFMOutpre` |
+//! | Keysight, Agilent, Rigol `.bin` | `AG` or `RG` and two digits | Keysight, *InfiniiVision Binary Waveform File Format* |
+//! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
+//! | WAV | `RIFF` | – |
+
+mod bytes;
+mod keysight;
+mod lecroy;
+mod matlab;
+mod numpy;
+mod rohde_schwarz;
+mod tdms;
+mod tektronix;
+mod wav;
+
+use std::path::Path;
+
+use super::{
+    MeasurementError, Place, ReadOptions, RecordKind,
+    column::{Column, choose},
+    place::SampleLines,
+    table::{Form, Table, guess_kind},
+    universal::UniversalText,
+};
+
+/// Most channels of a file that are listed.
+const MOST_CHANNELS: usize = 1000;
+
+/// A recorded channel.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Channel {
+    name: String,
+    /// As the file states it; empty if it does not.
+    unit: String,
+    /// First instant and step, s, if the file states them.
+    grid: Option<(f64, f64)>,
+    values: Vec<f64>,
+}
+
+/// Content of a file.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Contents {
+    /// Description of the file, such as `LeCroy WaveRunner (.trc)`.
+    written: String,
+    channels: Vec<Channel>,
+    /// Statements such as `averages: 16`.
+    comments: Vec<String>,
+    assumptions: Vec<String>,
+}
+
+type Reader = fn(&Path, &[u8], &ReadOptions) -> Result<Contents, String>;
+
+/// The reader of a file with these first bytes.
+fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
+    let within = |word: &[u8]| head[..head.len().min(64)].windows(word.len()).any(|part| part == word);
+    Some(match head {
+        [b'T', b'D', b'S', b'm', ..] => tdms::read,
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => numpy::read_array,
+        [b'P', b'K', 3, 4, ..] if numpy::is_archive(head) => numpy::read_archive,
+        [b'R', b'I', b'F', b'F', ..] => wav::read,
+        [b'A' | b'R', b'G', b'0' | b'1' | b'2' | b'3', b'0'..=b'9', ..] => keysight::read,
+        _ if head.starts_with(b"MATLAB 5.0") => matlab::read,
+        _ if head.starts_with(b":WFMP") || head.starts_with(b":CURV") => tektronix::read,
+        _ if within(b"WAVEDESC") => lecroy::read,
+        _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
+        _ => return None,
+    })
+}
+
+/// Whether the first bytes are those of a file that is read here.
+pub(super) fn is_binary(path: &Path, head: &[u8]) -> bool {
+    reader(path, head).is_some()
+}
+
+/// Reads the channel that `options` choose, or the only one of `kind`; `None` if it is no such file.
+pub(super) fn read(
+    path: &Path,
+    bytes: &[u8],
+    kind: Option<RecordKind>,
+    options: &ReadOptions,
+) -> Option<Result<(Table, RecordKind), MeasurementError>> {
+    let contents = reader(path, bytes)?(path, bytes, options);
+    let refused = |text| MeasurementError::Instrument { path: path.into(), text };
+    Some(contents.map_err(refused).and_then(|contents| table(path, contents, kind, options)))
+}
+
+fn table(
+    path: &Path,
+    contents: Contents,
+    kind: Option<RecordKind>,
+    options: &ReadOptions,
+) -> Result<(Table, RecordKind), MeasurementError> {
+    let Contents { written, mut channels, comments, assumptions } = contents;
+    channels.truncate(MOST_CHANNELS);
+    let refused = |text: String| MeasurementError::Instrument { path: path.into(), text };
+    if channels.iter().all(|channel| channel.values.is_empty()) {
+        return Err(refused(format!("{written}: expected samples, found none; export the record again")));
+    }
+    let mut columns: Vec<Column> = channels.iter().map(|channel| Column::named(&channel.name, &channel.unit)).collect();
+    let stated = super::header::stated(&comments).sensitivity;
+    let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
+    let timed = options.sample_rate.is_some() || channels.iter().any(|channel| channel.grid.is_some());
+    let mut chosen = choose(path, 1, &mut columns, kind, options, timed, stated)?;
+    let value = chosen.value;
+    let grid = options.sample_rate.map(|rate| (0.0, 1.0 / rate)).or(channels[value].grid);
+    if grid.is_some() {
+        chosen.time = None;
+    }
+    let times = match chosen.time {
+        Some(time) => channels[time].values.iter().map(|at| at * chosen.time_factor).collect(),
+        None => Vec::new(),
+    };
+    let mut values = std::mem::take(&mut channels[value].values);
+    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        let found = values[at];
+        return Err(refused(format!(
+            "channel `{}`: expected finite numbers, found {found} at sample {at}; export the record again",
+            channels[value].name
+        )));
+    }
+    if chosen.time.is_some() && times.len() != values.len() {
+        return Err(refused(format!(
+            "expected as many instants as values, found {} and {}; choose another column with --channel or --read time_column=NAME",
+            times.len(),
+            values.len()
+        )));
+    }
+    if let Some(at) = times.windows(2).position(|pair| !(pair[1] > pair[0])) {
+        let place = Place::cell(path, 0, &columns[chosen.time.unwrap_or(0)].header);
+        return Err(MeasurementError::TimeNotIncreasing { place, previous: times[at], found: times[at + 1] });
+    }
+    for value in &mut values {
+        *value *= chosen.value_unit.factor;
+    }
+    let table = Table {
+        form: Form::Universal(Box::new(UniversalText { written, assumptions, warnings: Vec::new() })),
+        first_lines: Vec::new(),
+        comments,
+        columns,
+        grid: grid.filter(|_| chosen.time.is_none()),
+        chosen,
+        times,
+        origin: None,
+        digit: 0.0,
+        values,
+        lines: SampleLines::default(),
+        bridged: 0,
+        blank_ends: 0,
+        assumptions: Vec::new(),
+        warnings: Vec::new(),
+        open_end: false,
+    };
+    Ok((table, kind))
+}
+
+/// The part that `--read dataset=N` chooses of `count`.
+fn part(options: &ReadOptions, count: usize, what: &str) -> Result<usize, String> {
+    match (options.dataset, count) {
+        (None, 1) | (Some(1), 1) => Ok(0),
+        (Some(wanted), count) if (1..=count).contains(&wanted) => Ok(wanted - 1),
+        _ => Err(format!("expected one {what}, found {count}; choose one with --read dataset=1 to dataset={count}")),
+    }
+}

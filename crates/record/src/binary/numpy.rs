@@ -1,0 +1,145 @@
+//! NumPy `.npy` (one array) and `.npz` (a zip archive of named arrays).
+//!
+//! An array of one dimension is a channel, one of two dimensions a channel a column. A scalar named `fs`, `sample_rate`, `dt` or the like states the
+//! instants of all.
+
+use std::{
+    io::{Cursor, Read as _},
+    path::Path,
+};
+
+use super::{
+    super::ReadOptions,
+    Channel, Contents,
+    bytes::{Bytes, Sample},
+};
+
+/// Most bytes that an archive may unpack to, over its own length; most arrays.
+const MOST_UNPACKED: u64 = 200;
+const MOST_ARRAYS: usize = 200;
+
+/// A named array of numbers.
+pub(super) struct Array {
+    pub name: String,
+    pub rows: usize,
+    pub columns: usize,
+    /// One column after the other.
+    pub values: Vec<f64>,
+}
+
+pub(super) fn read_array(path: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+    let name = path.file_stem().map_or_else(|| "array".into(), |stem| stem.to_string_lossy().into_owned());
+    contents("NumPy (.npy)", vec![array(&name, bytes)?])
+}
+
+/// Whether a zip archive begins with an array.
+pub(super) fn is_archive(head: &[u8]) -> bool {
+    let name = Bytes::little(head).u16(26).and_then(|length| head.get(30..30 + usize::from(length)));
+    name.is_some_and(|name| name.ends_with(b".npy"))
+}
+
+pub(super) fn read_archive(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+    let refused =
+        |error: &dyn std::fmt::Display| format!("NumPy archive (.npz): expected arrays, found: {error}; save it again");
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| refused(&error))?;
+    let mut arrays = Vec::new();
+    let mut left = MOST_UNPACKED * bytes.len() as u64;
+    for index in 0..archive.len().min(MOST_ARRAYS) {
+        let file = archive.by_index(index).map_err(|error| refused(&error))?;
+        let name = file.name().trim_end_matches(".npy").to_owned();
+        let mut whole = Vec::new();
+        file.take(left).read_to_end(&mut whole).map_err(|error| refused(&error))?;
+        left -= whole.len() as u64;
+        // Texts and objects are no records.
+        if let Ok(array) = array(&name, &whole) {
+            arrays.push(array);
+        }
+    }
+    contents("NumPy (.npz)", arrays)
+}
+
+/// `\x93NUMPY`, version, length of the header, and a dictionary with `descr`, `fortran_order` and `shape`.
+fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
+    let wrong = |found: &str| {
+        format!(
+            "NumPy file: `{name}`: expected an array of numbers in one or two dimensions, found {found}; save such an array"
+        )
+    };
+    let cut = || wrong("fewer bytes than its header announces");
+    let file = Bytes::little(bytes);
+    let version = *bytes.get(6).ok_or_else(cut)?;
+    let (from, length) = if version == 1 { (10, file.u16(8).map(usize::from)) } else { (12, file.count(8)) };
+    let length = length.ok_or_else(cut)?;
+    let header = file.text(from, length).ok_or_else(cut)?;
+    let of = |key: &str| Some(header.split_once(&format!("'{key}':"))?.1.trim_start());
+    let descr = of("descr").and_then(|text| text.strip_prefix('\'')?.split('\'').next()).unwrap_or("a structure");
+    let kind = match (descr.get(1..2), descr.get(2..).and_then(|width| width.parse::<usize>().ok())) {
+        (Some("f"), Some(width @ (4 | 8))) => Sample::Float(width),
+        (Some("i"), Some(width @ (1 | 2 | 4 | 8))) => Sample::Signed(width),
+        (Some("u" | "b"), Some(width @ (1 | 2 | 4 | 8))) => Sample::Unsigned(width),
+        _ => return Err(wrong(&format!("the type `{descr}`"))),
+    };
+    let shape = of("shape").and_then(|text| text.strip_prefix('(')?.split(')').next()).unwrap_or_default();
+    let sizes: Option<Vec<usize>> =
+        shape.split(',').map(str::trim).filter(|size| !size.is_empty()).map(|size| size.parse().ok()).collect();
+    let (rows, columns) = match sizes.as_deref() {
+        Some([]) => (1, 1),
+        Some([rows]) => (*rows, 1),
+        Some([rows, columns]) => (*rows, *columns),
+        _ => return Err(wrong(&format!("the shape ({shape})"))),
+    };
+    let data = Bytes { all: bytes.get(from + length..).unwrap_or_default(), big_endian: descr.starts_with('>') };
+    let count = rows.checked_mul(columns).filter(|count| *count <= data.all.len() / kind.width()).ok_or_else(cut)?;
+    let stored = data.samples(0, kind.width(), count, kind);
+    let by_column = columns == 1 || of("fortran_order").is_some_and(|order| order.starts_with("True"));
+    let values = if by_column {
+        stored
+    } else {
+        (0..columns).flat_map(|column| stored.iter().skip(column).step_by(columns)).copied().collect()
+    };
+    Ok(Array { name: name.to_owned(), rows, columns, values })
+}
+
+/// Names of a scalar that states the sample rate (Hz), and the sample interval (s).
+const RATES: [&str; 7] = ["fs", "rate", "sample_rate", "samplerate", "samplingrate", "sampling_rate", "fsample"];
+const STEPS: [&str; 7] = ["dt", "ts", "tinterval", "delta_t", "sample_interval", "xincr", "step"];
+const STARTS: [&str; 4] = ["t0", "tstart", "t_start", "xzero"];
+
+/// Channels from named arrays.
+pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, String> {
+    let scalar = |names: &[&str]| {
+        let named = arrays.iter().find(|it| it.values.len() == 1 && names.contains(&it.name.to_lowercase().as_str()));
+        named.map(|it| (it.values[0], it.name.clone())).filter(|(value, _)| value.is_finite())
+    };
+    let positive = |names| scalar(names).filter(|(value, _)| *value > 0.0);
+    let step = positive(&STEPS).or_else(|| positive(&RATES).map(|(rate, name)| (1.0 / rate, name)));
+    let start = scalar(&STARTS).map_or(0.0, |(start, _)| start);
+    let assumptions = step.as_ref().map(|(step, name)| {
+        format!(
+            "instants from `{name}`: every {} from {}",
+            granchain_signal::number::time(*step),
+            granchain_signal::number::time(start)
+        )
+    });
+    let longest = arrays.iter().map(|it| it.rows.max(if it.rows == 1 { it.columns } else { 0 })).max().unwrap_or(0);
+    let mut contents =
+        Contents { written: written.into(), assumptions: assumptions.into_iter().collect(), ..Contents::default() };
+    for Array { name, rows, columns, values } in arrays {
+        // A row is a column that lies.
+        let (rows, columns) = if rows == 1 { (columns, 1) } else { (rows, columns) };
+        if rows < 2 || rows < longest {
+            continue;
+        }
+        for (column, values) in values.chunks_exact(rows).enumerate() {
+            let name = if columns == 1 { name.clone() } else { format!("{name}:{}", column + 1) };
+            let grid = step.as_ref().map(|(step, _)| (start, *step));
+            contents.channels.push(Channel { name, grid, values: values.to_vec(), ..Channel::default() });
+        }
+    }
+    if contents.channels.is_empty() {
+        return Err(format!(
+            "{written}: expected an array of samples, found none; save the record as an array of numbers"
+        ));
+    }
+    Ok(contents)
+}
