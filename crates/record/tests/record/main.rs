@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 mod horn_drive;
+mod instrument_files;
 mod instruments;
 mod laboratory_cases;
 mod read_back;
