@@ -15,10 +15,11 @@ use granchain::{
 use harm::{cases, harm, harmed};
 use proptest::prelude::*;
 
-/// Every file in `tests/dialects` with its name.
+/// Every file in `tests/dialects` and `tests/instruments` with its name.
 static FILES: LazyLock<Vec<(String, Vec<u8>)>> = LazyLock::new(|| {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dialects");
-    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let folders = ["tests/dialects", "tests/instruments"].map(|name| Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
+    let entries = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
     names.retain(|path| path.extension().is_some_and(|extension| extension != "py" && extension != "gitattributes"));
     names.sort();
     names
@@ -90,8 +91,8 @@ fn the_files_are_there_and_are_read_as_they_are() {
     let read = FILES
         .iter()
         .filter(|(name, bytes)| try_all(name, bytes, &ReadOptions::default()) + try_all(name, bytes, &scaled) > 0);
-    // All but those that need a segment, a function, a channel or a sample rate named, counts, and keys whose values stand in another file.
-    assert_eq!(read.count(), FILES.len() - 8);
+    // All but those that need a segment, a function, a channel, a time column or a sample rate named, counts, and keys whose values stand in another file.
+    assert_eq!(read.count(), FILES.len() - 11);
 }
 
 proptest! {
@@ -114,6 +115,8 @@ proptest! {
             b"    -1\n   164\n", b"LECROY,1,Waveform\n", b"Revision:,0\n", b"Record Length,", b"Source File Name:\t", b"#Digilent WaveForms",
             b"X,CH1,Start,Increment,\nSequence,Volt,", b"Record Length,Analog:", b"#timebase=", b"Memory Length,9,\nWaveform Data,\n",
             b"LabVIEW Measurement\t\nX_Columns\tNo\nX_Value\tA\n", b"\"TraceName\",\"CH1\"\n\"HResolution\",1e-6\n",
+            b"TDSm\x0e\0\0\0", b"\x93NUMPY\x01\0v\0{'descr': '<f8', 'shape': (", b"RIFF", b"AG10", b"RG03", b"MATLAB 5.0",
+            b"WAVEDESC\0\0\0\0\0\0\0\0LECROY_2_3", b":WFMPRE:BYT_NR 2;XINCR 1e-6;YMULT 1;:CURVE #3", b"PK\x03\x04",
         ]),
         bytes in prop_oneof![
             prop::collection::vec(any::<u8>(), 0..400),

@@ -375,3 +375,18 @@ fn crosstalk_of_the_drive_is_measured_and_named_and_moves_no_answer() {
         assert!(missed.iter().all(|missed| *missed < 1.8), "{missed:?}");
     }
 }
+
+#[test]
+fn the_mass_of_the_beads_widens_what_is_a_force_and_nothing_else() {
+    let bench = Bench::new();
+    bench.add_horn_tip();
+    let widths = |mass: &str, out| {
+        let outcome = fitted(&bench, &["--model", "chain", "--uncertainty", mass], out);
+        ["alpha", "damping"].map(|name| width(&outcome, name))
+    };
+    let (known, loose) = (widths("mass=0", "known"), widths("mass=2%", "loose"));
+    assert!((loose[0] / known[0] - 1.0).abs() < 1e-6, "{known:?} {loose:?}");
+    // 2 × 1.645 standard deviations.
+    let added = (loose[1].powi(2) - known[1].powi(2)).sqrt();
+    assert!((added / (2.0 * 1.645 * 0.02) - 1.0).abs() < 0.02, "{added}");
+}

@@ -54,6 +54,10 @@ pub struct Uncertainty {
     /// and density.
     #[serde(default)]
     pub modulus: f64,
+    /// Standard deviation of the logarithm of the beads' mass, 1. Bodies of another mass move alike if every force is larger by the same factor, so a
+    /// record determines forces over mass only: where the waveform gives the values, this is added to every parameter that is a force.
+    #[serde(default)]
+    pub mass: f64,
     /// Largest loss of drive amplitude in the vibrometer's filter, whose shape is unknown. Drawn uniformly from zero
     /// to this value.
     #[serde(default)]
@@ -70,7 +74,7 @@ fn single() -> usize {
 
 impl Default for Uncertainty {
     /// Half-normal gaps of scale 0.3 nm, itself known to a factor of 1.5, an exact baseline, ±0.5 % of drive, 0.3 % of sensitivity, 0.4 % of stiffness
-    /// over mass.
+    /// over mass, 0.5 % of mass.
     fn default() -> Self {
         Self {
             gap: 3e-10,
@@ -81,6 +85,7 @@ impl Default for Uncertainty {
             precompression: 0.0,
             support_stiffness: 0.0,
             modulus: 0.004,
+            mass: 0.005,
             droop: 0.0,
             repeats: 1,
         }
@@ -97,7 +102,7 @@ const TOGETHER: f64 = 0.6;
 impl Uncertainty {
     /// Name, SI unit and value of each.
     #[must_use]
-    pub fn named(&self) -> [(&'static str, &'static str, f64); 8] {
+    pub fn named(&self) -> [(&'static str, &'static str, f64); 9] {
         [
             ("gap", "m", self.gap),
             ("gap_scale", "1", self.gap_scale),
@@ -107,6 +112,7 @@ impl Uncertainty {
             ("precompression", "N", self.precompression),
             ("support_stiffness", "1", self.support_stiffness),
             ("modulus", "1", self.modulus),
+            ("mass", "1", self.mass),
         ]
     }
 

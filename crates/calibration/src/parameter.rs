@@ -40,6 +40,14 @@ pub enum Target {
     Modulus,
 }
 
+impl Target {
+    /// Whether it is a force at a given motion, so that a record determines it over the beads' mass only.
+    #[must_use]
+    pub(crate) fn is_force(self) -> bool {
+        !matches!(self, Self::Alpha | Self::Gap | Self::Bandwidth)
+    }
+}
+
 /// One fitted parameter with its bounds; its coordinate is u = ln(value/low)/ln(high/low) ∈ \[0, 1\].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {

@@ -76,6 +76,7 @@ impl StatedUncertainty {
             precompression: stated("precompression").unwrap_or(usual.precompression),
             support_stiffness: stated("support_stiffness").unwrap_or(usual.support_stiffness),
             modulus: stated("modulus").unwrap_or(usual.modulus),
+            mass: stated("mass").unwrap_or(usual.mass),
             droop: bandwidth.map_or(0.0, |bandwidth| 1.0 - LowPass::gaussian_gain(scene.drive.frequency, bandwidth)),
             repeats: 1,
         };
@@ -115,6 +116,9 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
     }
     if drawn.modulus > 0.0 {
         words.push(format!("the beads' stiffness over their mass ±{} %", significant(100.0 * drawn.modulus, 2)));
+    }
+    if drawn.mass > 0.0 && parameters.iter().any(|parameter| parameter.target.is_force()) {
+        words.push(format!("their mass ±{} %", significant(100.0 * drawn.mass, 2)));
     }
     format!("drawn into every run: {}", words.join(", "))
 }

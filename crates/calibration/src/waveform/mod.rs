@@ -264,6 +264,10 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         at[alpha] -= mean;
         [mean, product]
     });
+    let forces: Vec<usize> = (0..dimension).filter(|d| forward.parameters[*d].target.is_force()).collect();
+    for (a, b) in forces.iter().flat_map(|a| forces.iter().map(move |b| (*a, *b))) {
+        covariance[a][b] += forward.uncertainty().mass.powi(2);
+    }
     let modulus = sources.modulus.map(|_| {
         let last = solution.at.len() - 1;
         [solution.at[last], solution.covariance[last][last].sqrt()]

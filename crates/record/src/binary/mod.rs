@@ -101,24 +101,40 @@ fn table(
     let Contents { written, mut channels, comments, assumptions } = contents;
     channels.truncate(MOST_CHANNELS);
     let refused = |text: String| MeasurementError::Instrument { path: path.into(), text };
-    if channels.iter().all(|channel| channel.values.is_empty()) {
+    let mut columns: Vec<Column> = channels.iter().map(|channel| Column::named(&channel.name, &channel.unit)).collect();
+    if columns.is_empty() {
         return Err(refused(format!("{written}: expected samples, found none; export the record again")));
     }
-    let mut columns: Vec<Column> = channels.iter().map(|channel| Column::named(&channel.name, &channel.unit)).collect();
     let stated = super::header::stated(&comments).sensitivity;
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
     let timed = options.sample_rate.is_some() || channels.iter().any(|channel| channel.grid.is_some());
     let mut chosen = choose(path, 1, &mut columns, kind, options, timed, stated)?;
     let value = chosen.value;
     let grid = options.sample_rate.map(|rate| (0.0, 1.0 / rate)).or(channels[value].grid);
-    if grid.is_some() {
-        chosen.time = None;
+    match grid {
+        Some((start, step)) if !(start.is_finite() && step.is_finite() && step > 0.0) => {
+            return Err(refused(format!(
+                "channel `{}`: expected a positive sample interval, found {step} s; export the record again, or pass --sample-rate",
+                channels[value].name
+            )));
+        }
+        Some(_) => chosen.time = None,
+        None if chosen.time.is_none() => {
+            return Err(refused(format!(
+                "channel `{}`: expected its instants, found none; pass --sample-rate",
+                channels[value].name
+            )));
+        }
+        None => {}
     }
     let times = match chosen.time {
         Some(time) => channels[time].values.iter().map(|at| at * chosen.time_factor).collect(),
         None => Vec::new(),
     };
     let mut values = std::mem::take(&mut channels[value].values);
+    if values.is_empty() {
+        return Err(refused(format!("{written}: expected samples, found none; export the record again")));
+    }
     if let Some(at) = values.iter().position(|value| !value.is_finite()) {
         let found = values[at];
         return Err(refused(format!(
