@@ -22,6 +22,7 @@ fn beads(count: usize, diameter: f64, [modulus, ratio, density]: [f64; 3], veloc
         format!("materials.bearing-steel.density={density}"),
         format!("drive.velocity={velocity}"),
         "output_step=0.1 us".into(),
+        "chain.sensor=1".into(),
     ];
     let mut all: Vec<&str> = sets.iter().map(String::as_str).collect();
     all.push("duration=1 ms");
@@ -153,4 +154,32 @@ fn job_s_wall_returns_a_pulse_as_its_mirror_image_and_a_soft_one_later_and_weake
     let walls = [returned(&rigid), of(200e9), of(20e9), of(2e9)];
     assert!(walls.windows(2).all(|pair| pair[1].0 > 1.02 * pair[0].0), "{walls:?}");
     assert!(walls[3].1 < 0.98 * walls[0].1, "{walls:?}");
+}
+
+/// Chung and Ooi (2011), *Granular Matter* 13, 643, tests 1 and 2: two equal spheres that approach at 10 m/s each, and a sphere against a rigid plane at
+/// 0.2 m/s, which moves as one of two mirror images. Held against Hertz' solution, written out here: force to 1e-5, duration to 1e-4 (samples).
+#[test]
+fn chung_and_ooi_s_normal_impacts_have_hertz_s_force_and_duration() {
+    // E (GPa), ν, ρ (kg/m³): glass, limestone; aluminium and magnesium alloy. Radius, m, and speed of each sphere, m/s.
+    for ([modulus, ratio, density], radius, speed) in [
+        ([48.0, 0.2, 2800.0], 0.01, 10.0),
+        ([20.0, 0.25, 2500.0], 0.01, 10.0),
+        ([70.0, 0.3, 2699.0], 0.1, 0.2),
+        ([40.0, 0.35, 1800.0], 0.1, 0.2),
+    ] {
+        let approach: f64 = 2.0 * speed;
+        let mass = 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius * density;
+        // 4/3 E* √R* with E* = E/(2 (1 − ν²)) and R* = R/2; the reduced mass is half of one.
+        let stiffness = 2.0 / 3.0 * modulus * 1e9 / (1.0 - ratio * ratio) * (0.5 * radius).sqrt();
+        let overlap = (1.25 * 0.5 * mass * approach * approach / stiffness).powf(0.4);
+        let (force, duration) = (stiffness * overlap.powf(1.5), 2.943_275 * overlap / approach);
+        let mut scene = beads(1, 2e3 * radius, [modulus, ratio, density], approach);
+        (scene.duration, scene.output_step) = (1.5 * duration, 1e-4 * duration);
+        let response = run(&scene);
+        let (_, highest) = crest(&response.contact_force[0]);
+        let pressed = response.contact_force[0].values.iter().filter(|value| **value > 0.0).count() as f64;
+        assert!((highest / force - 1.0).abs() < 1e-5, "{modulus} GPa: {highest} {force}");
+        let lasted = pressed * scene.output_step;
+        assert!((lasted / duration - 1.0).abs() < 2e-4, "{modulus} GPa: {lasted} {duration}");
+    }
 }
