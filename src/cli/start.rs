@@ -36,7 +36,8 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels [default: asked for, on a terminal]
+    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels. If no file
+    /// is given and a terminal is attached, the program asks for the files
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: from names, units and spectra]

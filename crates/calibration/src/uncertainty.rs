@@ -11,7 +11,7 @@ use super::{
 };
 use granchain_model::scene::Scene;
 use granchain_signal::{
-    LowPass, Quantity, QuantityError, Unit,
+    Dimension, LowPass, Quantity, QuantityError, Unit,
     number::{engineering, significant},
 };
 
@@ -32,6 +32,18 @@ impl Number {
     }
 }
 
+/// Largest plausible value of each, SI, and the units that are left out: 0.5 m of gap is none of a chain, 0.5 nm is.
+const PLAUSIBLE: [(&str, f64, &[&str]); 8] = [
+    ("gap", 1e-5, &["nm", "um"]),
+    ("gap_scale", 3.0, &[]),
+    ("baseline", 1e-5, &["nm", "um"]),
+    ("drive", 0.5, &["%"]),
+    ("sensitivity", 0.5, &["%"]),
+    ("precompression", 10.0, &["mN"]),
+    ("support_stiffness", 2.0, &["%"]),
+    ("modulus", 0.5, &["%"]),
+];
+
 /// Stated values by name, SI; others keep their defaults.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StatedUncertainty(BTreeMap<String, f64>);
@@ -47,10 +59,21 @@ impl StatedUncertainty {
             let Some((_, unit, _)) = drawn.iter().find(|(known, ..)| known == name) else {
                 return Err(Contradiction::Uncertainty { name: name.clone() }.into());
             };
-            let what = || format!("uncertainty of {name}");
-            let value = number.in_si(unit).map_err(|source| Refusal::NotSi { what: what(), source })?;
+            let what = || format!("[uncertainty] {name}");
+            let not_si = |source| Refusal::NotSi { what: what(), name: name.clone(), source };
+            let value = number.in_si(unit).map_err(not_si)?;
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(Refusal::Uncertainty { name: name.clone(), value });
+            }
+            if let Some((_, most, units)) = PLAUSIBLE.iter().find(|(known, most, _)| known == name && value > *most) {
+                let dimension = Unit::parse(unit).map_or(Dimension::NONE, |unit| unit.dimension);
+                let small = |text: &String| Quantity::parse_as(text, dimension).is_ok_and(|meant| meant <= *most);
+                return Err(Refusal::ImplausibleUncertainty {
+                    name: name.clone(),
+                    most: Quantity::new(*most, dimension).to_string(),
+                    found: Quantity::new(value, dimension).to_string(),
+                    meant: units.iter().map(|unit| format!("{value} {unit}")).find(small),
+                });
             }
             Ok((name.clone(), value))
         };
