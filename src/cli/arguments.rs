@@ -30,8 +30,8 @@ const FEWEST_MOST_THREADS: usize = 64;
 /// What is assumed of every record that does not state otherwise, as its reader says it and in short.
 const USUAL: [(&str, &str); 5] = [
     ("t = 0 of the file's own time axis is the trigger", "t = 0 is the trigger"),
-    ("instrument delay: none stated", "no delay"),
-    ("instrument bandwidth: none stated", "no limit of bandwidth"),
+    ("instrument delay: not stated", "no delay"),
+    ("instrument bandwidth: not stated", "no limit of bandwidth"),
     ("sign as in the file", "sign as in the file"),
     ("the instrument's full-scale value is not stated", "no full scale"),
 ];

@@ -63,7 +63,7 @@ pub struct Arguments {
     /// Plot drive, record and unfitted response, then stop
     #[arg(long, help_heading = "Fit")]
     pub dry_run: bool,
-    /// End with exit code 4 where the best answer is `outside scatter`
+    /// End with exit code 4 if the record is inconsistent with the model (`outside scatter`)
     #[arg(long, help_heading = "Fit")]
     pub strict: bool,
     /// Continue the fit that Ctrl-C or a crash left behind
@@ -233,7 +233,7 @@ fn ended(error: Refusal) -> anyhow::Error {
 /// Which model was chosen by default, for the terminal.
 fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
     if problem.recorded_runs.len() > 1 {
-        return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));
+        return Ok(Some("model `chain`: only the chain can fit several records together".into()));
     }
     Ok(problem.lead().bench.model_taken()?)
 }

@@ -90,7 +90,8 @@ struct CommandLine {
 const SESSION: [&str; 6] = ["json", "quiet", "threads", "cache", "seed", "no_limits"];
 
 /// What stands below the flags of a command.
-const SESSION_FLAGS: &str = "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
+const SESSION_FLAGS: &str =
+    "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
 
 const OUT_OF_CALIBRATE: &str =
     "Folder for the results, complete or absent, never partly written [default: calibrations/NAME]";
@@ -100,7 +101,9 @@ const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`
 /// The command line, with session flags listed once.
 fn command_line() -> clap::Command {
     let of_calibrate = |command: clap::Command| {
-        command.mut_arg("out", |out| out.help(OUT_OF_CALIBRATE)).mut_arg("drive", |drive| drive.help(DRIVE_OF_CALIBRATE))
+        command
+            .mut_arg("out", |out| out.help(OUT_OF_CALIBRATE))
+            .mut_arg("drive", |drive| drive.help(DRIVE_OF_CALIBRATE))
     };
     CommandLine::command().mut_subcommand("calibrate", of_calibrate).mut_subcommands(brief)
 }
@@ -323,7 +326,9 @@ fn report_failure(error: &anyhow::Error) {
     let mut message = format!("error: {}", with_causes(error));
     if let Some(remedy) = error.chain().find_map(remedy) {
         let typed = shell_line(std::iter::once(program()).chain(typed().skip(1)));
-        message.push_str(&format!("\n  then type (replace what is in <> or capitals by values of your bench): {typed} {remedy}"));
+        message.push_str(&format!(
+            "\n  then type (replace what is in <> or capitals by values of your bench): {typed} {remedy}"
+        ));
     }
     // Without a standard error there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", output::shown_on(&console::Term::stderr(), &message));

@@ -344,9 +344,7 @@ fn definition(
     }
     line("# features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line".into());
     line("# seed = 1\n# [parameters.alpha]\n# low = 0.2\n# high = 2.0".into());
-    line(
-        "# [uncertainty] # what the bench leaves open, drawn into every run\n# gap = '0.3 nm'\n# drive = 0.005".into(),
-    );
+    line("# [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005".into());
     text
 }
 

@@ -26,9 +26,7 @@ use granchain_signal::{QuantityError, feature::FeatureError};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Contradiction {
-    #[error(
-        "--measured FILE is needed: a vibrometer record, or (with --quantity pressure) a hydrophone record"
-    )]
+    #[error("--measured FILE is needed: a vibrometer record, or (with --quantity pressure) a hydrophone record")]
     NoRecord,
     #[error(
         "the plan names `measured` or `drive` and {records} of [[record]]; write `measured` and `drive` into each [[record]]"
@@ -85,7 +83,7 @@ pub enum Contradiction {
     Together { model: &'static str },
     #[error(
         "model `{model}` corrects no calibration in front of a disc: a run takes twenty times the chain's or more, and its weak hits differ by \
-         the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the answer"
+         the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the fitted values"
     )]
     UpperBeforeDisc { model: &'static str },
     #[error("[uncertainty]: `{name}` is not one; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]

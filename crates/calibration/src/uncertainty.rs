@@ -114,18 +114,19 @@ impl StatedUncertainty {
 pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let fitted = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
     let roughness = if drawn.gap_scale > 0.0 {
-        format!(", that scale known to a factor of {:.1}", drawn.gap_scale.exp())
+        format!(", uncertain by a factor of {:.1}", drawn.gap_scale.exp())
     } else {
         String::new()
     };
     let mut words =
-        vec![format!("gaps of {} (half-normal{roughness}) in every contact", engineering(drawn.gap, "m", 2))];
-    words.push(format!("the drive's level ±{} %", 100.0 * drawn.drive));
+        vec![format!("a gap in every contact (half-normal, scale {}{roughness})", engineering(drawn.gap, "m", 2))];
+    words.push(format!("drive level ±{} %", 100.0 * drawn.drive));
     if drawn.droop > 0.0 {
         words.push(format!("up to {} % drive loss in its vibrometer's filter", significant(100.0 * drawn.droop, 2)));
     }
+    let mut covariance = String::new();
     if drawn.sensitivity > 0.0 {
-        words.push(format!("the instrument's sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));
+        covariance = format!(". The sensitivity (±{:.2} %) enters the covariance", 100.0 * drawn.sensitivity);
     }
     if drawn.baseline > 0.0 && !fitted("gap") {
         words.push(format!("the horn's baseline ±{}", engineering(drawn.baseline, "m", 2)));
@@ -137,7 +138,7 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
         words.push(format!("the support's stiffness ±{} %", 100.0 * drawn.support_stiffness));
     }
     if drawn.modulus > 0.0 {
-        words.push(format!("the beads' stiffness over their mass ±{} %", significant(100.0 * drawn.modulus, 2)));
+        words.push(format!("stiffness of the beads over their mass ±{} %", significant(100.0 * drawn.modulus, 2)));
     }
-    format!("drawn into every run: {}", words.join(", "))
+    format!("varied at random in every run: {}{covariance}", words.join(", "))
 }

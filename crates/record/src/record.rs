@@ -231,7 +231,10 @@ impl Record {
         };
         match self.raw.values[..] {
             [first, ref others @ ..] if others.iter().all(|other| *other == first) => {
-                Err(MeasurementError::ConstantDrive { path: self.path.clone(), value: to_three_figures(first, dimension) })
+                Err(MeasurementError::ConstantDrive {
+                    path: self.path.clone(),
+                    value: to_three_figures(first, dimension),
+                })
             }
             _ => Ok(()),
         }

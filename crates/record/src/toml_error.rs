@@ -19,10 +19,12 @@ pub fn plain_message(message: &str, key: Option<&str>) -> String {
     let listed = |words: &[&str]| words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
     let key = key.map(|key| format!("`{key}`: ")).unwrap_or_default();
     match &words[..] {
-        [unknown, known @ ..] if message.starts_with("unknown field") => match closest(unknown, known.iter().copied()) {
-            Some(near) => format!("unknown key `{unknown}`; did you mean `{near}`?"),
-            None => format!("unknown key `{unknown}`; expected one of {}", listed(known)),
-        },
+        [unknown, known @ ..] if message.starts_with("unknown field") => {
+            match closest(unknown, known.iter().copied()) {
+                Some(near) => format!("unknown key `{unknown}`; did you mean `{near}`?"),
+                None => format!("unknown key `{unknown}`; expected one of {}", listed(known)),
+            }
+        }
         [found, known @ ..] if message.starts_with("unknown variant") => {
             format!("{key}expected one of {}, found `{found}`", listed(known))
         }
@@ -40,9 +42,15 @@ mod tests {
     #[test]
     fn unknown_keys_and_words_are_told_with_what_is_meant() {
         for (said, plain) in [
-            ("unknown field `evaluation`, expected one of `fit`, `evaluations`", "unknown key `evaluation`; did you mean `evaluations`?"),
+            (
+                "unknown field `evaluation`, expected one of `fit`, `evaluations`",
+                "unknown key `evaluation`; did you mean `evaluations`?",
+            ),
             ("unknown field `x`, expected `low` or `high`", "unknown key `x`; expected one of `low`, `high`"),
-            ("unknown variant `both`, expected `amplitudes` or `waveform`", "`k`: expected one of `amplitudes`, `waveform`, found `both`"),
+            (
+                "unknown variant `both`, expected `amplitudes` or `waveform`",
+                "`k`: expected one of `amplitudes`, `waveform`, found `both`",
+            ),
             ("invalid type: string \"yes\", expected a boolean", "`k`: expected a boolean, found string \"yes\""),
             ("missing field `low`", "missing key `low`"),
         ] {
