@@ -28,10 +28,10 @@ pub struct Arguments {
     /// Override one key of the scene, only with --full: a plain number is SI, else with its unit; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "full", help_heading = "Scene")]
     pub set: Vec<String>,
-    /// Compute the references again and measure the dearest settings too
+    /// Compute the references again and also measure the slowest settings
     #[arg(long, help_heading = "Study")]
     pub full: bool,
-    /// Run nothing: draw what is stored, with the times of the machine that measured it
+    /// Do not run anything; show the stored errors, and the run times of the machine on which they were measured
     #[arg(long, conflicts_with = "full", help_heading = "Study")]
     pub stored: bool,
     #[command(flatten)]

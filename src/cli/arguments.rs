@@ -30,8 +30,8 @@ const FEWEST_MOST_THREADS: usize = 64;
 /// What is assumed of every record that does not state otherwise, as its reader says it and in short.
 const USUAL: [(&str, &str); 5] = [
     ("t = 0 of the file's own time axis is the trigger", "t = 0 is the trigger"),
-    ("instrument delay: none stated", "no delay"),
-    ("instrument bandwidth: none stated", "no limit of bandwidth"),
+    ("instrument delay: not stated", "no delay"),
+    ("instrument bandwidth: not stated", "no limit of bandwidth"),
     ("sign as in the file", "sign as in the file"),
     ("the instrument's full-scale value is not stated", "no full scale"),
 ];
@@ -45,10 +45,11 @@ pub struct Session {
     /// Print only results and errors
     #[arg(long, global = true, help_heading = "Session")]
     pub quiet: bool,
-    /// Worker threads; results do not depend on it [default: one a core]
+    /// Worker threads; the results are the same for any number [default: one per core]
     #[arg(long, global = true, value_name = "N", value_parser = threads, help_heading = "Session")]
     pub threads: Option<NonZeroUsize>,
-    /// Folder for reduced bodies kept from run to run, or `none` [default: granchain in $XDG_CACHE_HOME or ~/.cache]
+    /// Folder in which the computed modes of beads and supports are kept for the next command, or `none` [default: granchain in $XDG_CACHE_HOME or
+    /// ~/.cache]
     #[arg(long, global = true, value_name = "DIR", help_heading = "Session")]
     pub cache: Option<PathBuf>,
     /// Seed of everything drawn at random [default: 1]
@@ -169,16 +170,16 @@ pub struct SceneArguments {
     /// Simulation model [default: the scene's, else reduced]
     #[arg(long, value_enum, help_heading = "Scene")]
     pub model: Option<ModelChoice>,
-    /// Cheapest model and settings whose error, measured on the built-in scene, is at most this, such as 1%; see `granchain accuracy`
+    /// Choose the fastest model and settings with at most this error, such as 1%. The error was measured on the built-in scene; see `granchain accuracy`
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
-    /// Horn-tip record that drives the piston [default: the scene's own drive; of calibrate horn_tip.csv beside the record, unless `none`]
+    /// Horn-tip record that drives the piston [default: the scene's own drive]
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub drive: Vec<PathBuf>,
     /// Drive frequency with its unit, such as 73kHz
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,
-    /// Amplitude scale α: the factor on the drive
+    /// α: the displacement of the drive is multiplied by it
     #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
     pub alpha: Option<f64>,
     /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
@@ -189,10 +190,10 @@ pub struct SceneArguments {
 /// `--out`, `--force`: where results go.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Folder for the results, written atomically [default: none; of calibrate calibrations/NAME]
+    /// Folder for the results, complete or absent, never partly written; without it nothing is written
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
-    /// Write beside files of others, which are never replaced; replace results of another run type
+    /// Write into a folder that also holds other files (these are never changed), or replace the results of another command
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 }
@@ -207,9 +208,9 @@ impl OutputArguments {
 /// The models that can be named on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ModelChoice {
-    /// One unknown a bead
+    /// One degree of freedom per bead
     Chain,
-    /// Modes and quasi-static contact nodes
+    /// Elastic bodies, each described by a few modes and static contact flexibility
     Reduced,
     /// All nodes of the finite-element mesh
     Fea,
@@ -231,6 +232,8 @@ impl ModelChoice {
 pub enum ValueError {
     #[error(transparent)]
     Quantity(#[from] crate::signal::QuantityError),
+    #[error("expected a whole number from {range}, found `{found}`")]
+    Whole { range: String, found: String },
     #[error("expected {expected}, found `{found}`{remedy}")]
     Other { expected: &'static str, found: String, remedy: &'static str },
 }
@@ -241,11 +244,25 @@ impl ValueError {
     }
 }
 
+/// Value parser of a whole number in a range.
+pub fn whole<N: Copy + std::str::FromStr + PartialOrd + std::fmt::Display>(
+    low: N,
+    high: Option<N>,
+) -> impl Fn(&str) -> Result<N, ValueError> + Clone {
+    move |text| match text.trim().parse() {
+        Ok(number) if number >= low && high.is_none_or(|high| number <= high) => Ok(number),
+        _ => {
+            let range = high.map_or_else(|| format!("{low} up"), |high| format!("{low} to {high}"));
+            Err(ValueError::Whole { range, found: text.into() })
+        }
+    }
+}
+
 fn threads(text: &str) -> Result<NonZeroUsize, ValueError> {
     text.trim().parse().map_err(|_| ValueError::Other {
         expected: "a whole number of threads from 1 up",
         found: text.into(),
-        remedy: "; leave the flag out for one a core",
+        remedy: "; omit the flag to use one thread per core",
     })
 }
 

@@ -23,7 +23,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session},
+    arguments::{OutputArguments, SceneArguments, Session, whole},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -46,7 +46,8 @@ use crate::{
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
                   granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' --drive-read channel=CH1 --drive-read 'scale=2 um/V'")]
 pub struct Arguments {
-    /// Record (CSV, UFF) or published values (TOML); several are fitted together, as shots of one experiment where they have one horn record
+    /// Record (CSV, UFF) or published values (TOML); several records are fitted together. If they share one horn record they
+    /// are treated as repeated shots of one experiment
     #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
     /// Fit definition (TOML); flags win over it
@@ -62,7 +63,7 @@ pub struct Arguments {
     /// Plot drive, record and unfitted response, then stop
     #[arg(long, help_heading = "Fit")]
     pub dry_run: bool,
-    /// End with exit code 4 where the best answer is `outside scatter`
+    /// End with exit code 4 if the record is inconsistent with the model (`outside scatter`)
     #[arg(long, help_heading = "Fit")]
     pub strict: bool,
     /// Continue the fit that Ctrl-C or a crash left behind
@@ -71,21 +72,24 @@ pub struct Arguments {
     /// Recorded quantity [default: velocity]
     #[arg(long, value_enum, help_heading = "Fit")]
     pub quantity: Option<QuantityChoice>,
-    /// Mounts of the disc to compare [default for a pressure: clamped,supported,free, or disc.rim where it is set]
+    /// Mounts of the disc to compare [default with --quantity pressure: all three (clamped,supported,free), or only the mount set by the
+    /// key disc.rim]
     #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
     pub mount: Vec<String>,
     /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
-    /// Uncertainty drawn into every run: of gap, gap_scale, baseline, drive, sensitivity, precompression, support_stiffness, modulus, such as
-    /// "gap=0.5 nm"; repeatable [default: gap=0.3nm, drive=0.005, sensitivity=0.003, modulus=0.004, baseline as the horn-tip record tells]
+    /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap, gap_scale,
+    /// baseline, drive, sensitivity, precompression, support_stiffness, modulus [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
+    /// modulus=0.004, baseline: estimated from the horn-tip record]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
     /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper
     #[arg(long, value_enum, help_heading = "Fit")]
     pub features: Option<FeatureChoice>,
-    /// Runs a damping law [default: the number whose intervals were tested, 600, or 1800 for more than two parameters, or 1200 for several records]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000), help_heading = "Fit")]
+    /// Number of runs for each damping law [default: 600; 1800 for three or more parameters; 1200 for several records. The intervals were tested with
+    /// these numbers]
+    #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)), help_heading = "Fit")]
     pub evaluations: Option<u32>,
     #[command(flatten)]
     pub scene: SceneArguments,
@@ -229,7 +233,7 @@ fn ended(error: Refusal) -> anyhow::Error {
 /// Which model was chosen by default, for the terminal.
 fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
     if problem.recorded_runs.len() > 1 {
-        return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));
+        return Ok(Some("model `chain`: only the chain can fit several records together".into()));
     }
     Ok(problem.lead().bench.model_taken()?)
 }

@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Drive frequency with its unit, such as 73kHz, if the file does not state it
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
-    /// Write the universal file as text (data set 58, 13 digits) rather than as bytes (58b, exact)
+    /// Write the universal file as text (data set 58, 13 digits) instead of binary (58b, exact)
     #[arg(long)]
     pub text: bool,
     #[command(flatten)]

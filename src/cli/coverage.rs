@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session, usage},
+    arguments::{OutputArguments, Session, usage, whole},
     calibrate::QuantityChoice,
     interrupt,
     output::{OutputFolder, page_results},
@@ -27,6 +27,7 @@ use super::{
 use crate::{
     calibration::{plan::Likelihood, search::Search},
     report::page::Table,
+    signal::closest,
     validate::{
         laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryRecord, NAMES, Setting, laboratory},
         page::laboratory::{LaboratoryReport, tables},
@@ -41,32 +42,33 @@ const SUMMARY: &str = "coverage.json";
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain coverage --scenario pretrigger,bits --count 4 --out coverage")]
 pub struct Arguments {
-    /// Measurement scenarios: all, right, wrong, or names such as pretrigger,bits [default: right]
+    /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; or names such as
+    /// pretrigger,bits (list: docs/validation.md) [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
-    /// Instead of scenarios: recorded quantity on the usual benches; for a pressure every mount of the disc is fitted [default: velocity]
+    /// Recorded quantity on the usual benches (not with --scenario); for a pressure every mount of the disc is fitted [default: velocity]
     #[arg(long, value_enum)]
     pub quantity: Option<QuantityChoice>,
-    /// Instead of scenarios: records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
+    /// Records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together (not with --scenario)
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1_u32, Some(6)))]
     pub records: u32,
-    /// Instead of scenarios: parameters to fit, as of `calibrate --fit` [default: alpha,damping]
+    /// Parameters to fit, as with `calibrate --fit` (not with --scenario) [default: alpha,damping]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub fit: Vec<String>,
-    /// Synthetic records of each scenario, or benches
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=MOST))]
+    /// Number of synthetic records for each scenario, or number of benches if no scenario is given
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole(1_u64, Some(MOST)))]
     pub count: u64,
-    /// Runs of the chain's search, a fit [default: as calibrate]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(200..=100_000))]
+    /// Number of runs of the chain in each fit [default: as calibrate]
+    #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)))]
     pub evaluations: Option<u32>,
-    /// Model that makes the records, finer than the fit does, and fits them
+    /// Model that simulates the records (with finer steps) and also fits them
     #[arg(long, value_enum, default_value = "chain")]
     pub model: RecordModel,
     /// Compare peaks and bands only, not every sample (`likelihood = "amplitudes"` in a plan)
     #[arg(long)]
     pub amplitudes: bool,
     /// Mesh density of the reduced bodies [default: the model's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128))]
+    #[arg(long, value_name = "N", value_parser = whole(2_u32, Some(128)))]
     pub mesh_density: Option<u32>,
     /// Keep the files of every record and the plan that fits them, in records/ below --out
     #[arg(long, requires = "out", conflicts_with = "part")]
@@ -81,9 +83,9 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum RecordModel {
-    /// One unknown a bead
+    /// One degree of freedom per bead
     Chain,
-    /// Modes and quasi-static contact nodes; some 90 runs of it a fit
+    /// Elastic bodies, each described by a few modes and static contact flexibility; about 90 runs with this model in each fit
     Reduced,
 }
 
@@ -127,8 +129,12 @@ fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
             "right" => chosen.extend(all.iter().filter(|condition| condition.expected().is_none())),
             "wrong" => chosen.extend(all.iter().filter(|condition| condition.expected().is_some())),
             name => chosen.push(Condition::named(name).ok_or_else(|| {
-                let known: Vec<&str> = all.iter().map(|condition| condition.name()).collect();
-                usage(format!("--scenario {name}: expected all, right, wrong or some of {}", known.join(", ")))
+                let known = || all.iter().map(|condition| condition.name());
+                let remedy = closest(name, known()).map_or_else(
+                    || format!("expected all, right, wrong or some of {}", known().collect::<Vec<_>>().join(", ")),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                usage(format!("--scenario: unknown scenario `{name}`; {remedy}"))
             })?),
         }
     }

@@ -5,14 +5,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::{
     measurement::{
         MeasurementError, NoiseSource, PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement,
-        inspect_record, read_record,
+        inspect_record, read_back::read_text, read_record,
     },
     signal::Dimension,
 };
@@ -26,13 +26,14 @@ use super::{
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  granchain inspect vib.csv\n  granchain inspect .", after_long_help = FORM)]
 pub struct Arguments {
-    /// A record (CSV or another export), a TOML file of published features, or a folder: a line for each of its files
+    /// A record (CSV or another export), a TOML file of published features, or a folder (one line is printed for each file)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// Kind of record [default: from the file's name and units]
     #[arg(long, value_enum)]
     pub kind: Option<KindChoice>,
-    /// Drive frequency with its unit, such as 73kHz [default: as the file states, else a horn tip's strongest line]
+    /// Drive frequency with its unit, such as 73kHz [default: stated in the file, otherwise the strongest line of
+    /// the horn-tip record]
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
     #[command(flatten)]
@@ -46,19 +47,23 @@ const FORM: &str = r#"Examples:
   granchain inspect .
 
 Form of a record:
-  # bandwidth: 1.5 MHz            comments; bandwidth, delay, trigger, pretrigger, drive frequency, sensitivity are understood
-  time_us,velocity_mm_per_s       header with units; or `Time (us),Velocity [mm/s]`; or a second row of units
+    Comments; bandwidth, delay, trigger, pretrigger, drive frequency and sensitivity are understood:
+  # bandwidth: 1.5 MHz
+    Header with units; or `Time (us),Velocity [mm/s]`; or a second row of units:
+  time_us,velocity_mm_per_s
   0.0,0.12
 
 Form of a hydrophone's record:
-  # sensitivity: 250 nV/Pa        or 4 MPa/V; not needed for a column in Pa, kPa, MPa, bar, mbar
+    Or 4 MPa/V; not needed for a column in Pa, kPa, MPa, bar, mbar:
+  # sensitivity: 250 nV/Pa
   time_us,hydrophone_mv
   0.0,0.12
 
 Form of a file of published features:
   drive_frequency = "73 kHz"
+    Names: positive_peak, negative_peak, thd, amplitude_P/Q, ratio_P/Q:
   [[feature]]
-  name = "positive_peak"          positive_peak, negative_peak, thd, amplitude_P/Q, ratio_P/Q
+  name = "positive_peak"
   value = "289 mm/s"
   uncertainty = "3 mm/s"
   [[feature]]
@@ -71,7 +76,7 @@ Form of a file of published features:
 /// The kinds of record that can be named.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum KindChoice {
-    /// The horn's tip: displacement, or velocity that is integrated
+    /// Displacement of the horn tip, or its velocity (granchain integrates it)
     HornTip,
     /// The far pole of the last bead: velocity
     Vibrometer,
@@ -96,7 +101,10 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         arguments.session.result(FolderText { folder: file, rows: &rows }, &rows)?;
         return Ok(Outcome::Done);
     }
-    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+    if let Some(other) = other_file(file) {
+        bail!("{}: {other}", file.display());
+    }
+    if is_toml(file) {
         let published = PublishedFeatures::read(file)?;
         let summary = published_summary(&published);
         arguments.session.result(PublishedText(&published), &summary)?;
@@ -108,6 +116,27 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let summary = Summary::of(&record, horn_frequency(&record));
     arguments.session.result(Text { record: &record, summary: &summary }, &summary)?;
     Ok(Outcome::Done)
+}
+
+fn is_toml(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
+/// What a file of this program is that is no record, and which command reads it.
+fn other_file(file: &Path) -> Option<String> {
+    let text = is_toml(file).then(|| read_text(file).ok()).flatten()?;
+    let table: toml::Table = text.parse().ok()?;
+    let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
+    let shown = file.display();
+    if has(&["measured", "record", "fit", "evaluations", "parameters"]) {
+        Some(format!("this is a fit definition, not a record; use `granchain calibrate --plan {shown}`"))
+    } else if has(&["vibrometer", "horn-tip", "hydrophone"]) && !has(&["chain"]) {
+        Some(format!("this is a bench file, not a record; name it with --bench {shown}"))
+    } else if has(&["chain", "extends", "support", "materials"]) {
+        Some(format!("this is a scene file, not a record; use `granchain scene check {shown}`"))
+    } else {
+        None
+    }
 }
 
 /// A file of a folder: what it is, or why it is no record.
@@ -135,6 +164,9 @@ fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
     let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
     let row = |path: PathBuf| {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if let Some(other) = other_file(&path) {
+            return FileRow { name, record: None, refused: Some(other) };
+        }
         match read(&path, kind, &options) {
             Ok(record) => FileRow { name, record: Some(Summary::of(&record, None)), refused: None },
             Err(error) => {

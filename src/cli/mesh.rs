@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session, usage},
+    arguments::{OutputArguments, Session, usage, whole},
     output::OutputFolder,
     summary,
 };
@@ -34,8 +34,8 @@ pub struct Arguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: String,
-    /// Density n: element size goes as 1/n; 8 is quick, 16 to 24 a reference [default: the scene's, 12 unless it says otherwise]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=128), help_heading = "Scene")]
+    /// Mesh density n; the element size is proportional to 1/n. 8 is fast; 16 to 24 is for reference solutions [default: the scene's, 12 unless it says otherwise]
+    #[arg(long, value_name = "N", value_parser = whole(2_u32, Some(128)), help_heading = "Scene")]
     pub density: Option<u32>,
     /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]

@@ -81,20 +81,31 @@ struct CommandLine {
     command: Command,
     #[command(flatten)]
     session: Session,
-    /// Write beside files of others, which are never replaced; replace results of another run type
-    #[arg(long, global = true, help_heading = "Session")]
+    // A command that writes no folder takes it too and has no use for it.
+    #[arg(long, global = true, hide = true)]
     force: bool,
 }
 
 /// The flags of every command, which only the program's own `--help` lists.
-const SESSION: [&str; 7] = ["json", "quiet", "threads", "cache", "seed", "no_limits", "force"];
+const SESSION: [&str; 6] = ["json", "quiet", "threads", "cache", "seed", "no_limits"];
 
 /// What stands below the flags of a command.
-const SESSION_FLAGS: &str = "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits --force (granchain --help)";
+const SESSION_FLAGS: &str =
+    "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
+
+const OUT_OF_CALIBRATE: &str =
+    "Folder for the results, complete or absent, never partly written [default: calibrations/NAME]";
+const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
+                                  the record, else the scene's drive]";
 
 /// The command line, with session flags listed once.
 fn command_line() -> clap::Command {
-    CommandLine::command().mut_subcommands(brief)
+    let of_calibrate = |command: clap::Command| {
+        command
+            .mut_arg("out", |out| out.help(OUT_OF_CALIBRATE))
+            .mut_arg("drive", |drive| drive.help(DRIVE_OF_CALIBRATE))
+    };
+    CommandLine::command().mut_subcommand("calibrate", of_calibrate).mut_subcommands(brief)
 }
 
 fn brief(command: clap::Command) -> clap::Command {
@@ -120,7 +131,7 @@ Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m
 enum Command {
     /// Start here: read the files of a laboratory and write a fit definition for them
     Start(start::Arguments),
-    /// Print what is understood and assumed of a record
+    /// Print how granchain reads a record: columns, units, time, and what it assumes
     Inspect(inspect::Arguments),
     /// Write a record of any form as a universal file or a table
     Convert(convert::Arguments),
@@ -128,13 +139,13 @@ enum Command {
     Spectrum(spectrum::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
-    /// Fit the amplitude scale and the damping of a scene to a measured record
+    /// Estimate α (drive at the first bead over the recorded horn motion) and the damping of a scene from a record
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),
     /// Run a scene over a grid of values and compare the responses
     Sweep(sweep::Arguments),
-    /// Join the parts of a sweep or of coverage, run with --part K/N, to the results of the whole run
+    /// Join the parts of a sweep or coverage that were run with --part K/N into one result
     Merge(parts::Arguments),
     /// Draw, count and write the finite element mesh of a scene
     Mesh(mesh::Arguments),
@@ -315,7 +326,9 @@ fn report_failure(error: &anyhow::Error) {
     let mut message = format!("error: {}", with_causes(error));
     if let Some(remedy) = error.chain().find_map(remedy) {
         let typed = shell_line(std::iter::once(program()).chain(typed().skip(1)));
-        message.push_str(&format!("\n  so type, with values of this bench: {typed} {remedy}"));
+        message.push_str(&format!(
+            "\n  then type (replace what is in <> or capitals by values of your bench): {typed} {remedy}"
+        ));
     }
     // Without a standard error there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", output::shown_on(&console::Term::stderr(), &message));

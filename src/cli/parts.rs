@@ -58,7 +58,7 @@ pub fn values(runs: &[impl Serialize]) -> anyhow::Result<Vec<Value>> {
 
 #[derive(Debug, Clone, Default, Args)]
 pub struct PartArguments {
-    /// Run part K of N alone and write it into the file --out; `granchain merge` joins the parts to the results of the whole run
+    /// Run only part K of N. Here --out names a file; `granchain merge` joins the parts into one result
     #[arg(long, value_name = "K/N", value_parser = Part::parse, requires = "out", conflicts_with = "force", help_heading = "Cluster")]
     pub part: Option<Part>,
 }
@@ -122,7 +122,7 @@ struct PartFile {
 impl PartFile {
     /// Read one that holds what it claims to hold.
     fn read(path: &Path) -> anyhow::Result<Self> {
-        let no_part = || format!("{}: expected a file that --part wrote", path.display());
+        let no_part = || format!("{} was not written by --part of this version of granchain", path.display());
         let bytes = read_back(path, LARGE).with_context(no_part)?;
         let file: Self = serde_json::from_slice(unsealed(&bytes).with_context(no_part)?).with_context(no_part)?;
         let Head { program, points, part, .. } = &file.head;

@@ -7,6 +7,7 @@ use clap::Args;
 use crate::{
     measurement::{
         BenchReadings, MeasurementError, ReadOptions, Reading, ReadingError, RecordKind, Sensitivity, SensitivityError,
+        plain_message,
     },
     signal::{Dimension, Quantity, QuantityError, Unit},
 };
@@ -47,8 +48,9 @@ pub fn setting(text: &str) -> Result<Setting, SettingError> {
         _ => None,
     }
     .unwrap_or_else(|| toml::Value::String(value.into()));
-    let table = toml::Table::from_iter([(key, value)]);
-    let form = |error: toml::de::Error| SettingError::Form { message: error.message().to_owned() };
+    let table = toml::Table::from_iter([(key.clone(), value)]);
+    let form =
+        |error: toml::de::Error| SettingError::Form { message: plain_message(error.message(), Some(key.as_str())) };
     let reading: Reading = table.try_into().map_err(form)?;
     reading.below(ReadOptions::default())?;
     Ok(Setting { reading, force_frequency: false })

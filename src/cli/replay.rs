@@ -15,7 +15,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, preferred_model},
+    arguments::{OutputArguments, SceneArguments, Session, preferred_model, whole},
     calibrated::Calibrated,
     experiment,
     forecast::Forecast,
@@ -44,11 +44,12 @@ use crate::{
 pub struct Arguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Take amplitude scale, damping and scene from an earlier calibration
+    /// Take α, damping and scene from an earlier calibration
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
-    /// Also make N replicates (other gaps and drive) at each of three drive levels: mean, standard deviation and sensitivity
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
+    /// Also run N variants with random gaps and drive at each of three drive levels (99, 100 and 101 %), and print mean, standard deviation and
+    /// sensitivity
+    #[arg(long, value_name = "N", value_parser = whole(2_u32, None), help_heading = "Study")]
     pub ensemble: Option<u32>,
     #[command(flatten)]
     pub output: OutputArguments,

@@ -71,10 +71,10 @@ enum Action {
         /// The file to write
         #[arg(value_name = "FILE")]
         file: PathBuf,
-        /// Support of the last bead; the file describes that bench alone
+        /// Support of the last bead. The file has only the keys that this support needs
         #[arg(long, value_enum, conflicts_with = "from")]
         bench: Option<BenchChoice>,
-        /// Built-in scene it begins as
+        /// Built-in scene to start from
         #[arg(long, value_name = "NAME", default_value = "annulus")]
         from: String,
     },

@@ -36,7 +36,8 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels [default: asked for, on a terminal]
+    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels. If no file
+    /// is given and a terminal is attached, the program asks for the files
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: from names, units and spectra]
@@ -343,9 +344,7 @@ fn definition(
     }
     line("# features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line".into());
     line("# seed = 1\n# [parameters.alpha]\n# low = 0.2\n# high = 2.0".into());
-    line(
-        "# [uncertainty] # what the bench leaves open, drawn into every run\n# gap = '0.3 nm'\n# drive = 0.005".into(),
-    );
+    line("# [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005".into());
     text
 }
 

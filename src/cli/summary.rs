@@ -380,7 +380,7 @@ pub fn drive(scene: &Scene) -> String {
         }
         DriveKind::Record { displacement, file, .. } => {
             let name = file.as_ref().map_or("in memory".into(), |file| file.display().to_string());
-            format!("record {name} of {}", engineering(displacement.peak(), "m", 3))
+            format!("recorded horn displacement ({name}), peak {}", engineering(displacement.peak(), "m", 3))
         }
         DriveKind::UnreadRecord { file } => format!("record {}", file.display()),
     }

@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, preferred_model},
+    arguments::{OutputArguments, SceneArguments, Session, preferred_model, whole},
     calibrated::Calibrated,
     experiment,
     forecast::Forecast,
@@ -44,14 +44,15 @@ use crate::{
 pub struct Arguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Take amplitude scale, damping and scene from an earlier calibration
+    /// Take α, damping and scene from an earlier calibration
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
     /// Values of a scene key: KEY=START:STOP:STEP (ends included) or KEY=A,B,C; several make a full grid
     #[arg(long, value_name = "KEY=VALUES", required = true, value_parser = axis, help_heading = "Study")]
     pub vary: Vec<Axis>,
-    /// At each point also make N replicates (other gaps and drive) at each of three drive levels: mean, standard deviation and sensitivity
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..), help_heading = "Study")]
+    /// At each point also run N variants with random gaps and drive at each of three drive levels (99, 100 and 101 %), and print mean, standard
+    /// deviation and sensitivity
+    #[arg(long, value_name = "N", value_parser = whole(2_u32, None), help_heading = "Study")]
     pub ensemble: Option<u32>,
     #[command(flatten)]
     pub output: OutputArguments,
@@ -160,7 +161,7 @@ impl Study {
         watch.bar.finish_and_clear();
         let runs = match outcome {
             Ok(runs) => runs,
-            Err(error) => return Err(stopped(error, folder)),
+            Err(error) => return Err(stopped(error, folder, &self.grid)),
         };
         self.timing.stage("run");
         if let Some(warning) = self.bodies.warning() {
@@ -297,7 +298,7 @@ fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow
 }
 
 /// What a stopped sweep leaves, and what to say.
-fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
+fn stopped(error: SweepError, folder: Option<OutputFolder>, grid: &Grid) -> anyhow::Error {
     match (error, folder) {
         (SweepError::Stopped { finished, points }, Some(folder)) if finished > 0 => {
             let place = folder.path().display().to_string();
@@ -314,7 +315,11 @@ fn stopped(error: SweepError, folder: Option<OutputFolder>) -> anyhow::Error {
             if let Some(folder) = folder {
                 folder.discard();
             }
-            error.into()
+            // As it was typed.
+            let as_typed = |said: String, axis: &Axis| {
+                said.replace(&format!("--set {}=", axis.key), &format!("--vary {}=", axis.key))
+            };
+            anyhow::anyhow!(grid.axes.iter().fold(error.to_string(), as_typed))
         }
         (error, _) => error.into(),
     }

@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Folder that `granchain calibrate` wrote
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Folder with the record and the other inputs, under any names, identified by their digests [default: their original place]
+    /// Folder with the record and the other input files. Their names may differ; they are recognised by their SHA-256 [default: their original place]
     #[arg(long, value_name = "DIR")]
     pub inputs: Option<PathBuf>,
     #[command(flatten)]

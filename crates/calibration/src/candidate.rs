@@ -6,7 +6,7 @@ use super::{
     plan::Plan,
     refusal::{Contradiction, Refusal},
 };
-use granchain_model::scene::{Rim, Scene, Support};
+use granchain_model::scene::{DampingKind, Rim, Scene, Support};
 use granchain_signal::feature::Measurand;
 
 const MOUNTS: [Rim; 3] = [Rim::Clamped, Rim::Supported, Rim::Free];
@@ -58,6 +58,9 @@ pub fn candidates(plan: &Plan, benches: &[&Bench], assumptions: &mut Vec<String>
     let mut candidates: Vec<Candidate> = Vec::new();
     let named = plan.damping.clone().filter(|laws| !laws.is_empty());
     for law in named.unwrap_or_else(|| vec![scene.damping.kind.name().into()]) {
+        if DampingKind::named(&law).is_none() {
+            return Err(Contradiction::Damping { name: law }.into());
+        }
         if candidates.iter().any(|candidate| candidate.law == law) {
             continue;
         }
@@ -128,11 +131,11 @@ fn parameters(plan: &Plan, scene: &Scene) -> Result<Vec<Parameter>, Refusal> {
         let Some(bounds) = plan.parameters.get(&parameter.name) else { continue };
         let (name, unit) = (parameter.name.clone(), &parameter.unit);
         let not_si = |which: &str| {
-            let what = format!("{which} bound of {name}");
-            move |source| Refusal::NotSi { what, source }
+            let (what, name) = (format!("[parameters.{name}] {which}"), name.clone());
+            move |source| Refusal::NotSi { what, name, source }
         };
-        let low = bounds.low.in_si(unit).map_err(not_si("lower"))?;
-        let high = bounds.high.in_si(unit).map_err(not_si("upper"))?;
+        let low = bounds.low.in_si(unit).map_err(not_si("low"))?;
+        let high = bounds.high.in_si(unit).map_err(not_si("high"))?;
         if !(low > 0.0 && low < high && high.is_finite()) {
             return Err(Refusal::Bounds { name, low, high });
         }

@@ -14,6 +14,7 @@ use granchain_signal::{
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
     },
     mean_and_rms,
+    number::engineering,
 };
 
 /// Nugget of an early feature, in ln.
@@ -250,8 +251,7 @@ impl Recording {
 #[non_exhaustive]
 pub enum ObservationError {
     #[error(
-        "expected a signal, found {value:e} {} in every sample; check that the input was connected and that this \
-         is the right column (--channel)", measurand.unit()
+        "every sample is {value} {}; check that the input was connected and that this is the right column (--channel)", measurand.unit()
     )]
     Constant {
         measurand: Measurand,
@@ -259,8 +259,9 @@ pub enum ObservationError {
         value: f64,
     },
     #[error(
-        "the noise of the record ({noise:.3e} {} rms) hides its onset: 6 σ exceeds a quarter of its peak \
-         ({peak:.3e} {}); average more shots, lower the bandwidth (--read bandwidth=…), or record longer if the answer had hardly come", measurand.unit(), measurand.unit()
+        "the noise of the record ({} rms) hides its onset: 6 σ exceeds a quarter of its peak ({}); average more shots, lower the bandwidth \
+         (--read bandwidth=…), or record longer if the record ends before the bead moves", engineering(*noise, measurand.unit(), 2),
+        engineering(*peak, measurand.unit(), 2)
     )]
     NoisyOnset {
         measurand: Measurand,

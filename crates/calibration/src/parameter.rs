@@ -88,7 +88,7 @@ const WIDENING: f64 = 4.0;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    #[error("parameter `{name}`: expected one of {}", Parameter::names().join(", "))]
+    #[error("`{name}` is not a parameter; choose from: {}", Parameter::names().join(", "))]
     Unknown { name: String },
     #[error("the scene has no damping to fit; name a law with --damping linear, or leave `damping` out of --fit")]
     NoDamping,
@@ -96,10 +96,10 @@ pub enum ParameterError {
         "`{name}` belongs to the damping law `linear+kuwabara-kono`, and the scene's is `{law}`: fit `damping`, its one coefficient"
     )]
     OneCoefficient { name: String, law: &'static str },
-    #[error("`precompression`: before a free end there is nothing that holds a static force; leave it out of --fit")]
+    #[error("`precompression`: at a free end nothing holds a static force; leave it out of --fit")]
     FreeEnd,
     #[error(
-        "`gap`: a precompressed chain has every gap closed, and this one has a precompression, or is fitted for one; fit one of the two"
+        "`gap` cannot be fitted together with `precompression`, nor in a precompressed chain: a static force closes all gaps; remove one of them"
     )]
     ClosedGap,
     #[error(

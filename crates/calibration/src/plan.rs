@@ -54,7 +54,8 @@ use thiserror::Error;
 use super::drive::BESIDE;
 use super::{drive::beside, measured::is_published};
 use granchain_record::{
-    BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, line_of, sha256,
+    BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, key_at, line_of,
+    plain_message, sha256,
 };
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 use granchain_signal::read_back::read_text;
@@ -196,7 +197,7 @@ pub struct Bounds {
 
 /// A number in SI, or a text with its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a number, or a text with its unit")]
 pub enum Number {
     Plain(f64),
     Text(String),
@@ -206,12 +207,12 @@ pub enum Number {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PlanError {
+    #[error("{}: no such file", path.display())]
+    NotFound { path: PathBuf },
     #[error("{}: the plan cannot be read", path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },
     #[error(
-        "{}:{line}: {message}; a plan has the keys measured, quantity, drive, bench, scene, set, damping, mount, features, \
-         evaluations, fit, seed, [reading], [drive] file and [drive.reading], [[record]] measured, drive, reading, scene and set, \
-         [parameters.NAME] low and high, [uncertainty], [weights]", path.display()
+        "{}:{line}: {message} (keys: docs/formats.md#fit-definitions-toml)", path.display()
     )]
     Form { path: PathBuf, line: usize, message: String },
     #[error("{}: [{table}] {source}", path.display())]
@@ -298,11 +299,14 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, PlanError> {
-        let text = read_text(path).map_err(|source| PlanError::Unreadable { path: path.into(), source })?;
+        let text = read_text(path).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => PlanError::NotFound { path: path.into() },
+            _ => PlanError::Unreadable { path: path.into(), source },
+        })?;
         let mut plan: Self = toml::from_str(&text).map_err(|error| PlanError::Form {
             path: path.into(),
             line: line_of(&text, error.span().map(|span| span.start)),
-            message: error.message().to_owned(),
+            message: plain_message(error.message(), key_at(&text, error.span())),
         })?;
         plan.sha256 = sha256(text.as_bytes());
         plan.check_readings(path)?;

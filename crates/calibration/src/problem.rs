@@ -40,6 +40,8 @@ use granchain_record::sha256;
 use granchain_signal::feature::{Measurand, fingerprint::FeatureSet};
 
 /// Default scene.
+/// Most parameters of a fit whose intervals were tested.
+const MOST_TESTED: usize = 4;
 const SCENE: &str = "annulus";
 const SCENE_WITH_WATER: &str = "water";
 
@@ -261,6 +263,11 @@ impl Problem {
             if !warnings.contains(&text) {
                 warnings.push(text);
             }
+        }
+        if self.candidates.iter().any(|candidate| candidate.parameters.len() > MOST_TESTED) {
+            warnings.push(format!(
+                "more than {MOST_TESTED} parameters are fitted: such fits run, but their intervals were never tested"
+            ));
         }
         warnings
     }

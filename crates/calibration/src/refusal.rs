@@ -15,7 +15,10 @@ use super::{
     printed::PublishedMismatch,
     search::EVALUATION_RANGE,
 };
-use granchain_model::{ModelError, scene::SceneError};
+use granchain_model::{
+    ModelError,
+    scene::{DampingKind, SceneError},
+};
 use granchain_record::{MeasurementError, PublishedError};
 use granchain_signal::{QuantityError, feature::FeatureError};
 
@@ -23,16 +26,13 @@ use granchain_signal::{QuantityError, feature::FeatureError};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Contradiction {
-    #[error(
-        "--measured FILE is needed: a vibrometer record, such as measurements/annulus-73khz/vib.csv, or with --quantity pressure a \
-         hydrophone's"
-    )]
+    #[error("--measured FILE is needed: a vibrometer record, or (with --quantity pressure) a hydrophone record")]
     NoRecord,
     #[error(
         "the plan names `measured` or `drive` and {records} of [[record]]; write `measured` and `drive` into each [[record]]"
     )]
     OneAndSeveral { records: usize },
-    #[error("--fit {name}: expected {}", Parameter::names().join(", "))]
+    #[error("--fit: `{name}` is not a parameter; choose from: {}", Parameter::names().join(", "))]
     Parameter { name: String },
     #[error(transparent)]
     Parameters(ParameterError),
@@ -68,6 +68,8 @@ pub enum Contradiction {
         "--mount compares mounts of a disc, and the scene `{scene}` has none; take --scene water, or set support.kind=disc"
     )]
     NoDisc { scene: String },
+    #[error("--damping {name}: expected one of {}", DampingKind::ALL.map(DampingKind::name).join(", "))]
+    Damping { name: String },
     #[error("--mount {name}: expected clamped, supported or free")]
     Mount { name: String },
     #[error(
@@ -81,10 +83,10 @@ pub enum Contradiction {
     Together { model: &'static str },
     #[error(
         "model `{model}` corrects no calibration in front of a disc: a run takes twenty times the chain's or more, and its weak hits differ by \
-         the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the answer"
+         the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the fitted values"
     )]
     UpperBeforeDisc { model: &'static str },
-    #[error("uncertainty of `{name}`: expected one of {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
+    #[error("[uncertainty]: `{name}` is not one; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
 }
 
@@ -96,19 +98,21 @@ pub enum Refusal {
     Asked(#[from] Contradiction),
     #[error(transparent)]
     Reading(#[from] granchain_record::ReadingError),
-    #[error("bounds of `{name}`: expected {}", Parameter::names().join(", "))]
+    #[error("[parameters.{name}]: `{name}` is not a parameter; choose from: {}", Parameter::names().join(", "))]
     UnknownBounds { name: String },
-    #[error("bounds of {name}: expected 0 < low < high (it is searched in its logarithm), found {low} and {high}")]
+    #[error("[parameters.{name}]: `low` must be positive and smaller than `high`; found low = {low}, high = {high}")]
     Bounds { name: String, low: f64, high: f64 },
-    #[error("{what}")]
-    NotSi { what: String, source: QuantityError },
+    #[error("{what}: {source}")]
+    NotSi { what: String, name: String, source: QuantityError },
     #[error(
         "`evaluations` of the plan: expected {} to {}, found {found}", EVALUATION_RANGE.start(), EVALUATION_RANGE.end()
     )]
     Evaluations { found: usize },
-    #[error("uncertainty of {name}: expected a finite number ≥ 0, found {value}")]
+    #[error("[uncertainty] {name}: expected a finite number ≥ 0, found {value}")]
     Uncertainty { name: String, value: f64 },
-    #[error("uncertainty of support_stiffness")]
+    #[error("[uncertainty] {name}: expected at most {most}, found {found}{}", meant.as_ref().map(|meant| format!("; did you mean \"{meant}\"?")).unwrap_or_default())]
+    ImplausibleUncertainty { name: String, most: String, found: String, meant: Option<String> },
+    #[error("[uncertainty] support_stiffness")]
     UncertainStiffness(#[source] ParameterError),
     #[error(
         "{}: expected another record than {}, found the same bytes; what one record says would count twice: name it once, or record again",
@@ -163,6 +167,22 @@ pub enum Refusal {
     Kept(#[source] granchain_record::run_log::RunLogError),
     #[error("stopped")]
     Stopped,
+}
+
+impl Refusal {
+    /// Table and name of the plan's value that is at fault, if one is.
+    #[must_use]
+    pub fn stated(&self) -> Option<(&'static str, &str)> {
+        match self {
+            Self::UnknownBounds { name } | Self::Bounds { name, .. } => Some(("parameters", name)),
+            Self::NotSi { what, name, .. } if what.starts_with("[parameters") => Some(("parameters", name)),
+            Self::NotSi { name, .. }
+            | Self::Uncertainty { name, .. }
+            | Self::ImplausibleUncertainty { name, .. }
+            | Self::Asked(Contradiction::Uncertainty { name }) => Some(("uncertainty", name)),
+            _ => None,
+        }
+    }
 }
 
 impl From<SceneError> for Refusal {

@@ -28,14 +28,14 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     let mut said: Vec<String> = fit.waveform.iter().map(waveform).collect();
     match fit.verdict {
         Verdict::OutsideScatter => said.push(format!(
-            "The model does not explain the data: {} The values are those of the nearest response, no interval is quoted.",
+            "The model does not explain the data: {} The values are those of the most similar response, no interval is quoted.",
             standing(fit)
         )),
         Verdict::NotConverged if fit.waveform.as_ref().is_some_and(WaveformFit::decides) => {
-            said.push("The answer of the waveform was still moving after its last round of runs: another --seed may settle it.".into());
+            said.push("The values fitted to the waveform were still changing after the last round of runs: another --seed may settle it.".into());
         }
         Verdict::NotConverged => said.push(format!(
-            "The answer was still moving: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
+            "The estimates were still changing: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
              --evaluations.",
             fit.drift
         )),
@@ -62,7 +62,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     if fit.lobes.len() > 1 {
         let shares: Vec<String> = fit.lobes.iter().map(|lobe| format!("{:.0} %", 100.0 * lobe.mass)).collect();
         said.push(format!(
-            "{} separate regions explain the data (holding {} of the probability): the heaviest need not hold the truth. A \
+            "{} separate regions explain the data (with {} of the probability): the most probable one need not contain the true values. A \
              record at another drive level decides between them.",
             fit.lobes.len(),
             shares.join(", ")
@@ -93,7 +93,7 @@ pub fn statements(fit: &Fit) -> Vec<String> {
     }
     for (estimate, parameter) in &unidentified {
         said.push(format!(
-            "{} is unidentified: its interval ({} to {}{}) is hardly narrower than the box that was searched. {}",
+            "{} is unidentified: its interval ({} to {}{}) is hardly narrower than the range that was searched. {}",
             estimate.name,
             short(estimate.low),
             short(estimate.high),
@@ -142,27 +142,34 @@ pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
 /// Statement on the waveform comparison, and whether it decided.
 fn waveform(waveform: &WaveformFit) -> String {
     let WaveformFit { cycles, reduced, p, .. } = waveform;
-    let p = if *p < 1e-3 { "below 0.001".into() } else { format!("{p:.2}") };
+    let p = if *p < 1e-3 { "below 0.001".into() } else { format!("= {p:.2}") };
     if !waveform.decides() {
         return format!(
-            "The waveform is predictable for {cycles:.0} cycles after its onset only, then runs that differ in gaps and noise part: amplitudes decide \
-             (waveform: p {p})."
+            "Only the first {} after the onset can be predicted; after that, runs with slightly different gaps and noise diverge. Therefore the \
+             amplitudes were fitted, not the waveform (p of the waveform in this part: {p}).",
+            periods(*cycles)
         );
     }
     let how_far = if waveform.whole {
         "to its end".into()
     } else {
-        format!("over {cycles:.0} cycles after its onset, until runs part")
+        format!("over {} after the onset; after that the runs diverge", periods(*cycles))
     };
     let verdict = match waveform.left_out {
-        0 => "The verdict's p is twice the smaller of this and that of the amplitudes.".into(),
+        0 => "The p of the verdict is twice the smaller of this p and that of the amplitudes, at most 1.".into(),
         samples => format!(
-            "{samples} samples in and around drop-outs are left out. Amplitudes contain a bridge there, so they have no part in the verdict."
+            "{samples} samples in and around drop-outs are left out. The amplitudes include interpolated samples there, so they have no part in the \
+             verdict."
         ),
     };
     format!(
-        "The waveform decides, sample by sample {how_far}: mean square residual {reduced:.2} of what noise and unknown gaps leave, p {p}. {verdict}"
+        "The waveform was fitted, sample by sample {how_far}. The mean square residual is {reduced:.2} of the value expected from noise and unknown \
+         gaps; p {p}. {verdict}"
     )
+}
+
+fn periods(cycles: f64) -> String {
+    if cycles < 1.5 { "drive period".into() } else { format!("{cycles:.0} drive periods") }
 }
 
 /// Statement on the p-value.
@@ -170,7 +177,7 @@ fn standing(fit: &Fit) -> String {
     let p = fit.agreement.p;
     let share = if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
     format!(
-        "of the records simulated with this model {share} fit as badly as this one (p; below 5 % it is doubtful, below 1 % outside)."
+        "{share} of the records simulated with the model fit as badly as this one or worse (p; below 5 % doubtful, below 1 % rejected)."
     )
 }
 
@@ -179,8 +186,8 @@ fn standing(fit: &Fit) -> String {
 pub fn recorded_drive(fit: &Fit) -> Option<String> {
     let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
     is_quoted.then(|| {
-        "alpha is the factor between the recorded motion of the horn and that which acts on the chain: 1 if the sensitivities of both records are \
-         right and the horn's face moves as its recorded point."
+        "alpha is the drive at the first bead over the recorded horn motion: 1 if the sensitivities of both records are right and the horn's face moves \
+         as its recorded point."
             .to_owned()
     })
 }
@@ -206,13 +213,10 @@ pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
         |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
     let bounds = || fit.parameters.iter().map(bounds).collect::<Vec<_>>().join(", ");
     if !runs.wide.is_empty() {
-        return Some(
-            "A search range four times wider on every side was tried too: it explains the record no better.".into(),
-        );
+        return Some("A search range four times wider on every side was tried too; no better fit was found.".into());
     }
-    (!runs.narrow.is_empty()).then(|| {
-        format!("The first search range did not contain the answer, so a wider one was searched: {}.", bounds())
-    })
+    (!runs.narrow.is_empty())
+        .then(|| format!("The best fit lay outside the first search range, so a wider one was searched: {}.", bounds()))
 }
 
 /// Strong correlations of pairs other than the first two.
@@ -247,7 +251,7 @@ pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
             records.into_iter().map(|(label, _)| label.as_str()).collect::<Vec<_>>().join(", ")
         };
         return vec![format!(
-            "At the joint answer {} would be explained, {} not: look at what differs between them on the bench, or fit them by themselves.",
+            "At the values fitted to all records {} would be explained, {} not: look at what differs between them on the bench, or fit them by themselves.",
             names(held),
             names(missed)
         )];
@@ -363,7 +367,9 @@ pub fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
     if !missed.is_empty() {
         let each: Vec<String> = missed
             .iter()
-            .map(|(index, statement)| format!("{} (by {:.1} scatters)", statement.name, deviation(*index)))
+            .map(|(index, statement)| {
+                format!("{} (by {:.1} standard deviations of a run)", statement.name, deviation(*index))
+            })
             .collect();
         said.push(format!("The fitted response does not show what is printed of {}.", each.join(", ")));
     }

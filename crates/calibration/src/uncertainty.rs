@@ -11,7 +11,7 @@ use super::{
 };
 use granchain_model::scene::Scene;
 use granchain_signal::{
-    LowPass, Quantity, QuantityError, Unit,
+    Dimension, LowPass, Quantity, QuantityError, Unit,
     number::{engineering, significant},
 };
 
@@ -32,6 +32,19 @@ impl Number {
     }
 }
 
+/// Largest plausible value of each, SI, and the units that are left out: 0.5 m of gap is none of a chain, 0.5 nm is.
+const PLAUSIBLE: [(&str, f64, &[&str]); 8] = [
+    ("gap", 1e-5, &["nm", "um"]),
+    ("gap_scale", 3.0, &[]),
+    ("baseline", 1e-5, &["nm", "um"]),
+    ("drive", 0.5, &["%"]),
+    ("sensitivity", 0.5, &["%"]),
+    ("precompression", 10.0, &["mN"]),
+    ("support_stiffness", 2.0, &["%"]),
+    ("modulus", 0.5, &["%"]),
+    ("mass", 0.5, &["%"]),
+];
+
 /// Stated values by name, SI; others keep their defaults.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StatedUncertainty(BTreeMap<String, f64>);
@@ -47,10 +60,21 @@ impl StatedUncertainty {
             let Some((_, unit, _)) = drawn.iter().find(|(known, ..)| known == name) else {
                 return Err(Contradiction::Uncertainty { name: name.clone() }.into());
             };
-            let what = || format!("uncertainty of {name}");
-            let value = number.in_si(unit).map_err(|source| Refusal::NotSi { what: what(), source })?;
+            let what = || format!("[uncertainty] {name}");
+            let not_si = |source| Refusal::NotSi { what: what(), name: name.clone(), source };
+            let value = number.in_si(unit).map_err(not_si)?;
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(Refusal::Uncertainty { name: name.clone(), value });
+            }
+            if let Some((_, most, units)) = PLAUSIBLE.iter().find(|(known, most, _)| known == name && value > *most) {
+                let dimension = Unit::parse(unit).map_or(Dimension::NONE, |unit| unit.dimension);
+                let small = |text: &String| Quantity::parse_as(text, dimension).is_ok_and(|meant| meant <= *most);
+                return Err(Refusal::ImplausibleUncertainty {
+                    name: name.clone(),
+                    most: Quantity::new(*most, dimension).to_string(),
+                    found: Quantity::new(value, dimension).to_string(),
+                    meant: units.iter().map(|unit| format!("{value} {unit}")).find(small),
+                });
             }
             Ok((name.clone(), value))
         };
@@ -92,18 +116,22 @@ impl StatedUncertainty {
 pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let fitted = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
     let roughness = if drawn.gap_scale > 0.0 {
-        format!(", that scale known to a factor of {:.1}", drawn.gap_scale.exp())
+        format!(", uncertain by a factor of {:.1}", drawn.gap_scale.exp())
     } else {
         String::new()
     };
     let mut words =
-        vec![format!("gaps of {} (half-normal{roughness}) in every contact", engineering(drawn.gap, "m", 2))];
-    words.push(format!("the drive's level ±{} %", 100.0 * drawn.drive));
+        vec![format!("a gap in every contact (half-normal, scale {}{roughness})", engineering(drawn.gap, "m", 2))];
+    words.push(format!("drive level ±{} %", 100.0 * drawn.drive));
     if drawn.droop > 0.0 {
         words.push(format!("up to {} % drive loss in its vibrometer's filter", significant(100.0 * drawn.droop, 2)));
     }
+    let mut shared = Vec::new();
     if drawn.sensitivity > 0.0 {
-        words.push(format!("the instrument's sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));
+        shared.push(format!("sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));
+    }
+    if drawn.mass > 0.0 && parameters.iter().any(|parameter| parameter.target.is_force()) {
+        shared.push(format!("mass of the beads ±{:.2} %", 100.0 * drawn.mass));
     }
     if drawn.baseline > 0.0 && !fitted("gap") {
         words.push(format!("the horn's baseline ±{}", engineering(drawn.baseline, "m", 2)));
@@ -115,10 +143,11 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
         words.push(format!("the support's stiffness ±{} %", 100.0 * drawn.support_stiffness));
     }
     if drawn.modulus > 0.0 {
-        words.push(format!("the beads' stiffness over their mass ±{} %", significant(100.0 * drawn.modulus, 2)));
+        words.push(format!("stiffness of the beads over their mass ±{} %", significant(100.0 * drawn.modulus, 2)));
     }
-    if drawn.mass > 0.0 && parameters.iter().any(|parameter| parameter.target.is_force()) {
-        words.push(format!("their mass ±{} %", significant(100.0 * drawn.mass, 2)));
-    }
-    format!("drawn into every run: {}", words.join(", "))
+    let covariance = match &shared[..] {
+        [] => String::new(),
+        shared => format!(". Added to the covariance: {}", shared.join(", ")),
+    };
+    format!("varied at random in every run: {}{covariance}", words.join(", "))
 }

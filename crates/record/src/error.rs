@@ -12,6 +12,20 @@ use super::{
 };
 use granchain_signal::number::time;
 
+/// A step of time (s) for people.
+fn span(seconds: f64) -> Quantity {
+    rounded(seconds, Dimension::TIME)
+}
+
+/// A frequency (Hz) for people.
+fn rate(hertz: f64) -> Quantity {
+    rounded(hertz, Dimension::FREQUENCY)
+}
+
+fn rounded(value: f64, dimension: Dimension) -> Quantity {
+    Quantity::new(format!("{value:.3e}").parse().unwrap_or(value), dimension)
+}
+
 /// Why a record cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -160,8 +174,9 @@ pub enum MeasurementError {
     #[error("{place}: expected {}, found volts (`{unit}`), which need {}", sensitivity(*kind).0, sensitivity(*kind).1)]
     Volts { place: Place, kind: RecordKind, unit: String },
     #[error(
-        "{place}: a {} record is {}, and the sensitivity {scale} makes volts {}; volts of this record need {}{}",
-        kind.name(), sensitivity(*kind).0, found.describe(), sensitivity(*kind).1, other_record(*kind, *found)
+        "{place}: --scale '{scale}' gives {}, but a {} record must be {}: it needs {}{}",
+        found.name().map_or_else(|| format!("a quantity in {}", found.si_unit()), str::to_owned), kind.name(), sensitivity(*kind).0,
+        sensitivity(*kind).1, other_record(*kind, *found)
     )]
     WrongSensitivity { place: Place, kind: RecordKind, scale: String, found: Dimension },
     #[error("{}: expected a peak {expected}, found {peak} ({from}); {remedy}", path.display())]
@@ -225,8 +240,8 @@ pub enum MeasurementError {
         found: f64,
     },
     #[error(
-        "{place}: expected evenly spaced samples, one every {expected:.6e} s within {:.0} % of that, found a step of \
-         {found:.6e} s; restore the rows that were lost, or pass --read resample=true", 100.0 * tolerance
+        "{place}: the samples are not evenly spaced: a step of {} at this line, {} on average ({:.0} % allowed); restore the rows that were \
+         lost, or pass --read resample=true", span(*found), span(*expected), 100.0 * tolerance
     )]
     Uneven {
         place: Place,
@@ -237,8 +252,8 @@ pub enum MeasurementError {
         tolerance: f64,
     },
     #[error(
-        "{place}: expected steps of at most {limit} times the usual {median:.6e} s, found one of {found:.6e} s; what \
-         happened between cannot be interpolated: cut the record there"
+        "{place}: expected steps of at most {limit} times the usual {}, found one of {}; what happened between cannot be interpolated: cut the \
+         record there", span(*median), span(*found)
     )]
     TooUneven {
         place: Place,
@@ -265,6 +280,8 @@ pub enum MeasurementError {
          correct --drive-frequency", path.display(), frequency / 1e3
     )]
     DriveTooShort { path: PathBuf, cycles: f64, frequency: f64 },
+    #[error("{}: the horn's record does not oscillate (all samples are {value}); check the channel", path.display())]
+    ConstantDrive { path: PathBuf, value: Quantity },
     #[error(
         "{}{line}: expected a strongest line at the drive frequency of {:.4} kHz ({place}), found it at {:.4} kHz; correct the frequency or the unit of \
          time, or pass --read force_frequency=true{}", path.display(), stated / 1e3, found / 1e3, subharmonic(*stated, *found)
@@ -278,9 +295,8 @@ pub enum MeasurementError {
         found: f64,
     },
     #[error(
-        "{}: expected at least 4 samples a drive cycle ({:.1} kHz for a drive of {:.4} kHz), found a sample rate of \
-         {:.1} kHz; record it faster, or correct the unit of time", path.display(), 4e-3 * frequency, frequency / 1e3,
-        sample_rate / 1e3
+        "{}: a drive of {} needs a sample rate of at least {} (4 samples per cycle); the record has {}; check --drive-frequency and the unit of time, \
+         or record it faster", path.display(), rate(*frequency), rate(4.0 * frequency), rate(*sample_rate)
     )]
     SampledTooLow { path: PathBuf, sample_rate: f64, frequency: f64 },
     #[error(

@@ -371,33 +371,36 @@ impl HornDrive {
     #[must_use]
     pub fn statement(&self) -> String {
         let begins = match self.begins {
-            Beginning::Rest => "at rest before the burst".to_owned(),
-            Beginning::WithBurst => "at rest before its first sample, with which the burst begins".to_owned(),
+            Beginning::Rest => "set to rest before the burst".to_owned(),
+            Beginning::WithBurst => "set to rest before its first sample, with which the burst begins".to_owned(),
             Beginning::Inside { .. } => {
-                format!("continued backwards over {:.0} cycles, for it begins inside the burst", LED_IN + RISEN)
+                format!("extended backwards by {:.0} cycles, because it begins inside the burst", LED_IN + RISEN)
             }
         };
         let ends = match self.ends {
-            Ending::Rest => "at rest behind it",
-            Ending::Inside => "continued behind its last sample by its last cycles",
+            Ending::Rest => "set to rest after it",
+            Ending::Inside => "extended after its last sample by a prediction from its last cycles",
         };
         let clock = if self.origin == 0.0 {
-            "model time is the record's".to_owned()
+            "the simulation uses the time axis of the record".to_owned()
         } else {
             format!(
-                "model time is the record's {} {:.3} µs",
+                "the time of the simulation is that of the record {} {:.3} µs",
                 if self.origin < 0.0 { '+' } else { '−' },
                 1e6 * self.origin.abs()
             )
         };
         let left = match &self.remainder {
-            Some(remainder) => format!("; residual noise: {:.3} nm rms", 1e9 * remainder.rms()),
+            Some(remainder) => format!("; remaining noise: {:.3} nm rms", 1e9 * remainder.rms()),
             None => String::new(),
         };
-        let drift =
-            if self.drift > 0.0 { format!("; drift of {:.2} nm taken off", 1e9 * self.drift) } else { String::new() };
+        let drift = if self.drift > 0.0 {
+            format!("; a drift of {:.2} nm was removed", 1e9 * self.drift)
+        } else {
+            String::new()
+        };
         format!(
-            "drive low-passed (zero phase) at {:.0} kHz, {begins}, {ends}; {clock}{left}{drift}",
+            "the horn's record was low-passed (zero phase, {:.0} kHz), {begins}, and {ends}; {clock}{left}{drift}",
             1e-3 * self.cutoff
         )
     }

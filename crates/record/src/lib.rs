@@ -43,6 +43,7 @@ pub mod seal;
 mod separated;
 mod shell;
 mod table;
+mod toml_error;
 mod universal;
 
 pub use choice::Choice;
@@ -64,4 +65,5 @@ pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
 pub use scale::{Sensitivity, SensitivityError};
 pub use shell::{shell_line, shell_word};
+pub use toml_error::{key_at, plain_message};
 pub use universal::{ByteOrder, Precision, Samples, TimeResponse, UniversalError, UniversalForm};

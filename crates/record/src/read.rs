@@ -174,7 +174,7 @@ pub fn read_record_bytes(
         (Some(flag), _) => notes.take("instrument delay removed:", flag, "delay"),
         (None, Some(header)) => notes.take("instrument delay removed:", header, "the header"),
         (None, None) => {
-            notes.assume("instrument delay: none stated, taken as 0".into());
+            notes.assume("instrument delay: not stated; taken as 0".into());
             0.0
         }
     };
@@ -194,7 +194,9 @@ pub fn read_record_bytes(
     match (options.bandwidth, said.bandwidth) {
         (Some(flag), _) => notes.assume(format!("instrument bandwidth {} (--read bandwidth=…)", hertz(flag))),
         (None, Some(header)) => notes.assume(format!("instrument bandwidth {} (the header)", hertz(header))),
-        (None, None) => notes.assume("instrument bandwidth: none stated, taken as beyond half the sample rate".into()),
+        (None, None) => {
+            notes.assume("instrument bandwidth: not stated; assumed higher than half the sample rate".into())
+        }
     }
     if let Some(response) = &options.response {
         notes.assume(match (kind, response, bandwidth) {

@@ -18,7 +18,10 @@ use serde::{Deserialize, Serialize};
 
 use granchain_signal::{Dimension, Quantity, QuantityError, ResponseError, read_back::read_text};
 
-use super::{Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, line_of, sha256};
+use super::{
+    Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, key_at, line_of, plain_message,
+    sha256,
+};
 
 /// Reading options in a file; absent options are taken from the record.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -268,7 +271,7 @@ impl BenchReadings {
         let mut bench: Self = toml::from_str(&text).map_err(|error| BenchReadingsError::Form {
             path: path.into(),
             line: line_of(&text, error.span().map(|span| span.start)),
-            message: error.message().to_owned(),
+            message: plain_message(error.message(), key_at(&text, error.span())),
         })?;
         for kind in [RecordKind::Vibrometer, RecordKind::HornTip, RecordKind::Hydrophone] {
             let refused = |source| BenchReadingsError::Reading { path: path.into(), table: kind.name(), source };

@@ -208,6 +208,7 @@ impl Record {
     /// # Errors
     /// [`MeasurementError::DriveTooShort`].
     pub(crate) fn check_cycles(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
+        self.check_motion()?;
         let active = line::active_span(&self.series);
         // Two whole cycles of a sine spend 0.032 of a cycle below a tenth of the peak at their ends.
         let cycles = active.len() as f64 * self.series.step * drive_frequency + 0.04;
@@ -219,6 +220,24 @@ impl Record {
             });
         }
         Ok(())
+    }
+
+    /// Refuses a horn that does not move at all.
+    fn check_motion(&self) -> Result<(), MeasurementError> {
+        let dimension = match self.recorded {
+            RecordedQuantity::Displacement => Dimension::LENGTH,
+            RecordedQuantity::Velocity => Dimension::VELOCITY,
+            RecordedQuantity::Pressure => Dimension::PRESSURE,
+        };
+        match self.raw.values[..] {
+            [first, ref others @ ..] if others.iter().all(|other| *other == first) => {
+                Err(MeasurementError::ConstantDrive {
+                    path: self.path.clone(),
+                    value: to_three_figures(first, dimension),
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Cutoff of [`Record::to_drive`], Hz: the least of 0.4 of the sample rate, the vibrometer's bandwidth and 10 f0.
@@ -245,6 +264,7 @@ impl Record {
         if self.kind != RecordKind::HornTip {
             return Err(MeasurementError::NotADrive { path: self.path.clone(), kind: self.kind });
         }
+        self.check_motion()?;
         let frequency =
             self.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: self.path.clone() })?;
         self.check_sampling(frequency)?;

@@ -52,7 +52,11 @@ pub(super) fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
 /// What a strongest line at a fraction of the drive frequency may mean.
 pub(super) fn subharmonic(stated: f64, found: f64) -> &'static str {
     let is = |parts: f64| (found * parts / stated - 1.0).abs() < 0.05;
-    if is(2.0) || is(3.0) { "; a bead answers so, a horn does not: are the two files swapped?" } else { "" }
+    if is(2.0) || is(3.0) {
+        "; the strongest line at a fraction of the drive is typical for a bead, not for a horn: are the two files swapped?"
+    } else {
+        ""
+    }
 }
 
 fn share_a_name(candidates: &[String]) -> bool {

@@ -97,7 +97,7 @@ pub fn sweep_figure(report: &SweepReport) -> Figure {
             groups.push(&curve.group);
         }
     }
-    let title = format!("Watched numbers against {}", report.name);
+    let title = format!("Simulated values as a function of {}", report.name);
     let figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2.min(groups.len().max(1)));
     groups.iter().enumerate().fold(figure, |figure, (index, group)| {
         let mut panel = panel(report, group);

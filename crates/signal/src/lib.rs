@@ -20,6 +20,7 @@ mod response;
 mod series;
 pub mod spline;
 mod unit;
+mod word;
 
 pub use calculus::{derivative, integral};
 pub use causal::CausalShape;
@@ -33,3 +34,4 @@ pub use resample::{Resampler, resample};
 pub use response::{InstrumentResponse, ResponseError, ResponseTable};
 pub use series::{Series, mean_and_rms};
 pub use unit::Unit;
+pub use word::closest;

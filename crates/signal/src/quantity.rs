@@ -115,7 +115,7 @@ const fn known(
 }
 
 static KNOWN: [Known; 17] = [
-    known(Dimension::NONE, "a pure number", "0.5", ["", ""], 0..=0),
+    known(Dimension::NONE, "a number without unit", "0.7", ["", ""], 0..=0),
     known(Dimension::LENGTH, "a length", "0.5 mm", ["m", "m"], -12..=3),
     known(Dimension::MASS, "a mass", "4.1 mg", ["g", "g"], -9..=3),
     known(Dimension::TIME, "a time", "120 us", ["s", "s"], -12..=0),
@@ -162,11 +162,14 @@ pub struct Quantity {
 pub enum QuantityError {
     #[error("expected a number with a unit such as `3.96 um`, found `{found}`")]
     NoNumber { found: String },
+    #[error("expected {}, found `{found}`", expected.describe())]
+    NoSuchNumber { expected: Dimension, found: String },
     #[error("expected a decimal point, found a comma in `{found}`; write `{suggestion}`")]
     DecimalComma { found: String, suggestion: String },
     #[error("`{found}` is too large to be represented")]
     TooLarge { found: String },
-    #[error("unknown unit `{unit}` in `{found}`{}", nearest.as_ref().map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default())]
+    #[error("unknown unit `{unit}`{}{}", if unit == found { String::new() } else { format!(" in `{found}`") }, nearest.as_ref().map_or_else(
+        || "; examples: mm/s, um, nm, V, kPa".to_owned(), |nearest| format!("; did you mean `{nearest}`?")))]
     UnknownUnit { unit: String, found: String, nearest: Option<String> },
     #[error("`{exponent}` in `{found}` is no exponent; expected a multiple of 1/4 such as `^2`, `^-3/2` or `^1.25`")]
     Exponent { exponent: String, found: String },
@@ -206,7 +209,10 @@ impl Quantity {
     }
 
     pub fn parse_as(text: &str, expected: Dimension) -> Result<f64, QuantityError> {
-        let quantity = Self::parse(text)?;
+        let quantity = Self::parse(text).map_err(|error| match error {
+            QuantityError::NoNumber { found } => QuantityError::NoSuchNumber { expected, found },
+            error => error,
+        })?;
         if quantity.dimension == expected {
             return Ok(quantity.value);
         }

@@ -106,8 +106,7 @@ impl AlphaSweep {
                 reference: features.get(*key).and_then(|feature| feature.measured),
             })
         });
-        let name =
-            if self.model == ModelKind::Chain { "Amplitude scale α" } else { "Amplitude scale α on the chain" };
+        let name = if self.model == ModelKind::Chain { "α" } else { "α (chain model)" };
         SweepReport {
             name: name.into(),
             unit: "1".into(),

@@ -32,8 +32,8 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
         let is_fitted =
             |name: &&str| fitted.iter().any(|fitted| fitted == name || fitted.starts_with(&format!("{name}_")));
         match parameters.iter().find(|name| is_fitted(name)) {
-            Some(name) if stated => format!("stated; {name} fitted"),
-            Some(name) => format!("default; {name} fitted"),
+            Some(name) if stated => format!("{name} fitted, the rest stated"),
+            Some(name) => format!("{name} fitted, the rest default"),
             None if stated => "stated".into(),
             None => "default".into(),
         }
@@ -76,7 +76,12 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
     }));
     let drive = format!("{} at {}", summary::drive(scene), engineering(scene.drive.frequency, "Hz", 5));
     rows.push(match bench.drive {
-        Some(_) => BenchRow { part: "drive".into(), value: drive, origin: "horn record; alpha fitted".into() },
+        Some(_) => BenchRow {
+            part: "drive".into(),
+            value: format!("{drive}, multiplied by α = {}", significant(scene.amplitude_scale, 3)),
+            origin: if fitted.iter().any(|name| *name == "alpha") { "horn record; α fitted" } else { "horn record" }
+                .into(),
+        },
         None => row("drive", drive, &["drive", "alpha"], &["alpha"]),
     });
     rows.push(row("model", summary::model(scene), &["model"], &[]));

@@ -47,12 +47,36 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(P
         assumptions.push(format!("alpha fixed at {alpha} by --alpha; fitted: {}", fitted.join(", ")));
         plan.fit = Some(fitted);
     }
-    let mut problem = Problem::of(&plan, recorded_runs).map_err(refused)?;
+    let mut problem = Problem::of(&plan, recorded_runs).map_err(|error| placed(error, arguments))?;
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
         read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect(),
     ))
+}
+
+/// A refusal with the flag or the line of the plan that states what is refused.
+fn placed(error: Refusal, arguments: &Arguments) -> anyhow::Error {
+    let Some((table, name)) = error.stated() else { return refused(error) };
+    let (flag, given) = match table {
+        "parameters" => ("--bounds", &arguments.bounds),
+        _ => ("--uncertainty", &arguments.uncertainty),
+    };
+    let said = error.to_string();
+    if let Some(typed) = given.iter().rev().find(|typed| typed.split('=').next().map(str::trim) == Some(name)) {
+        // The table is none of what was typed.
+        let said = said.split_once(": ").map_or(said.as_str(), |(_, said)| said);
+        return usage(format!("{flag} {typed}: {said}"));
+    }
+    let Some(path) = &arguments.plan else { return refused(error) };
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let (own, whole, dotted) = (format!("[{table}.{name}]"), format!("[{table}]"), format!("{table}.{name}"));
+    let mut inside = false;
+    let line = text.lines().map(str::trim).position(|line| {
+        inside = if line.starts_with('[') { line == whole } else { inside };
+        line == own || line.starts_with(&dotted) || inside && line.starts_with(name)
+    });
+    anyhow::anyhow!("{}:{}: {said}", path.display(), line.map_or(1, |line| line + 1))
 }
 
 /// What contradicts itself is the command line's fault.

@@ -49,7 +49,8 @@ pub fn report(
     let (problem, best) = (&job.problem, fitted.best());
     let prediction = predicted.predictions[0].as_ref();
     let scene = best.scene(0);
-    let reference = if problem.lead().measured.record().is_some() { "of the record" } else { "as published" };
+    let reference =
+        if problem.lead().measured.record().is_some() { "values of the record" } else { "published values" };
     let recorded_runs = problem.recorded_runs.iter().zip(&predicted.predictions).enumerate();
     let records = recorded_runs.map(|(number, (recorded_run, prediction))| RecordReport {
         residual: residual(&best.fit, number),
@@ -70,7 +71,7 @@ pub fn report(
 fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
     let (problem, comparison) = (&job.problem, &job.problem.lead().comparison);
     let mut settings = vec![
-        ("runs a damping law".into(), problem.evaluations.to_string()),
+        ("runs of the chain per damping law".into(), problem.evaluations.to_string()),
         ("cutoff of data and runs".into(), format!("{:.0} kHz", comparison.cutoff * 1e-3)),
     ];
     if let Reduction::Fingerprint(fingerprint) = &comparison.reduction {
@@ -78,7 +79,7 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
             Measurand::Velocity => format!("{:.1} mm/s", fingerprint.threshold() * 1e3),
             Measurand::Pressure => format!("{:.3} kPa", fingerprint.threshold() * 1e-3),
         };
-        let name = if fingerprint.falls() { "rms below which the answer falls" } else { "onset threshold" };
+        let name = if fingerprint.falls() { "rms below which the response falls" } else { "onset threshold" };
         settings.push((name.into(), threshold));
     }
     CalibrationReport {
@@ -190,14 +191,14 @@ fn alignment(prediction: &PredictiveRun, reduction: &Reduction) -> String {
     };
     let by = match reduction {
         Reduction::Fingerprint(fingerprint) if fingerprint.falls() => {
-            "the fall of the answer at the end of the burst and by likeness"
+            "its fall at the end of the burst and its similarity"
         }
-        Reduction::Fingerprint(fingerprint) if fingerprint.lies_somewhere() => "likeness",
-        _ => "the first crossing of the onset threshold",
+        Reduction::Fingerprint(fingerprint) if fingerprint.lies_somewhere() => "its similarity",
+        _ => "its onset",
     };
     format!(
-        "aligned by {by} (record time = model time {:+.2} µs); normalised \
-         cross-correlation {:.2}, {:.2} at the best of the equally valid drive-period shifts ({:+})",
+        "the record is aligned with the model by {by} (record time = model time {:+.2} µs). The normalised cross-correlation is then {:.2}; at the best \
+         shift by whole drive periods it is {:.2} (shift {:+})",
         prediction.offset * 1e6,
         similarity.unshifted_correlation,
         similarity.correlation,

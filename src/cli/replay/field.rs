@@ -35,17 +35,17 @@ use crate::{
 /// Flags of the pressure field.
 #[derive(Debug, Clone, Default, Args)]
 pub struct FieldArguments {
-    /// Before water: draw the pressure in the water at these instants, such as "60us,62us"
+    /// If the scene has water: draw the pressure in it at these instants, such as "60us,62us"
     #[arg(long, value_name = "TIMES", value_parser = times, requires = "out", help_heading = "Water")]
     pub pressure_map: Option<List>,
-    /// Before water: draw the amplitude of the pressure at these frequencies, such as "73kHz,0.949MHz"
+    /// If the scene has water: draw the amplitude of the pressure at these frequencies, such as "73kHz,0.949MHz"
     #[arg(long, value_name = "FREQUENCIES", value_parser = frequencies, requires = "out", help_heading = "Water")]
     pub pressure_map_frequency: Option<List>,
-    /// Before water: draw the beam pattern far away at these frequencies, such as "0.5MHz,0.949MHz"
+    /// If the scene has water: draw the far-field beam pattern at these frequencies, such as "0.5MHz,0.949MHz"
     #[arg(long, value_name = "FREQUENCIES", value_parser = frequencies, requires = "out", help_heading = "Water")]
     pub beam_pattern: Option<List>,
-    /// Before water: write the velocity of the disc's back (behind a soft baffle the pressure on it) as CSV and NPY with grid hints, for a field solver
-    /// such as k-Wave
+    /// If the scene has water: write the velocity of the disc's wet side (with a soft baffle: the pressure on it) as CSV and NPY, with advice for the
+    /// grid of a field solver such as k-Wave
     #[arg(long, requires = "out", help_heading = "Water")]
     pub export_interface: bool,
 }

@@ -6,8 +6,10 @@ use clap::ValueEnum;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BenchChoice {
     /// A rigid wall
+    #[value(alias = "rigid")]
     Wall,
     /// A ring on which the last bead lies
+    #[value(alias = "annulus")]
     Ring,
     /// A one-sided linear spring
     Spring,
@@ -15,7 +17,7 @@ pub enum BenchChoice {
     Disc,
     /// Nothing: the last bead is free
     Free,
-    /// A soft half-space, under a column that a falling bead strikes
+    /// A column of beads on a soft half-space, struck by a falling bead
     Impact,
 }
 

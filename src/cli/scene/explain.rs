@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Run the scene with and without each effect and print its cost and influence
     #[arg(long)]
     pub measure: bool,
-    /// Largest change that may be left out, such as 1%: which effects of the model that needs; implies --measure
+    /// Largest error that you accept, such as 1%. Prints which effects must be on to stay below it. Also does --measure
     #[arg(long, value_name = "PERCENT", value_parser = level)]
     pub accuracy: Option<f64>,
     #[command(flatten)]

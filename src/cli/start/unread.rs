@@ -68,7 +68,7 @@ impl Unread {
             let other = if first_is_horn { first } else { second };
             let quoted = shell_word(&other);
             unread.messages.push(format!(
-                "`{other}`: if it is the horn's tip, its channel too is to be named; leave --drive-read channel away if it is something else"
+                "if `{other}` is the horn tip, name it with --drive-read channel={quoted}; otherwise omit this flag"
             ));
             unread.flags.push_str(&format!(" --drive-read channel={quoted}"));
             if in_volts {

@@ -51,8 +51,13 @@ pub enum GridError {
     Quantity { found: String, source: QuantityError },
     #[error("`{found}`: expected values of one dimension, found {first} and {second}; write the unit on each")]
     MixedDimensions { found: String, first: String, second: String },
-    #[error("`{found}`: the step does not lead from the start to the stop; expected START:STOP:STEP with a step ≠ 0")]
-    WrongStep { found: String },
+    #[error(
+        "`{key}={start}:{stop}:{step}`: with a step of {step} the values never reach {stop} from {start}; write {key}={stop}:{start}:{step}, or a \
+         step of the other sign"
+    )]
+    WrongStep { key: String, start: String, stop: String, step: String },
+    #[error("`{found}`: expected START:STOP:STEP with a step other than 0")]
+    NoStep { found: String },
     #[error("the grid has {points:e} points, more than {MOST_POINTS}; use a coarser step")]
     TooLarge { points: f64 },
     #[error("`{key}` is varied twice; put its values into one --vary")]
@@ -115,8 +120,13 @@ impl Axis {
 /// start, start + step, … up to stop, which counts as reached within 1e-9 of a step.
 fn range(start: f64, stop: f64, step: f64, text: &str) -> Result<Vec<f64>, GridError> {
     let steps = (stop - start) / step;
-    if step == 0.0 || !steps.is_finite() || steps < 0.0 {
-        return Err(GridError::WrongStep { found: text.into() });
+    if step == 0.0 || !steps.is_finite() {
+        return Err(GridError::NoStep { found: text.into() });
+    }
+    if steps < 0.0 {
+        let mut parts = text.split(['=', ':']).map(|part| part.trim().to_owned());
+        let [key, start, stop, step] = std::array::from_fn(|_| parts.next().unwrap_or_default());
+        return Err(GridError::WrongStep { key, start, stop, step });
     }
     let last = (steps + 1e-9).floor();
     if last >= MOST_POINTS as f64 {

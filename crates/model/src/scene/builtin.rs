@@ -1,7 +1,7 @@
 //! The scenes that come with the program.
 
 use super::error::{Place, SceneError};
-use super::key::closest;
+use granchain_signal::closest;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltIn {

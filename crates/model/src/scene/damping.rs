@@ -118,7 +118,7 @@ pub enum DampingKind {
 }
 
 impl DampingKind {
-    pub(crate) const ALL: [Self; 4] = [Self::None, Self::Linear, Self::KuwabaraKono, Self::LinearAndKuwabaraKono];
+    pub const ALL: [Self; 4] = [Self::None, Self::Linear, Self::KuwabaraKono, Self::LinearAndKuwabaraKono];
 
     pub const fn terms(self) -> &'static [DampingTerm] {
         match self {

@@ -64,7 +64,7 @@ pub enum SceneError {
     #[error("--set {text}: expected KEY=VALUE such as `damping.coefficient=0.4` or `chain.radius=0.5mm`")]
     Override { text: String },
     #[error("{place}: unknown key `{key}`; {}", nearest.as_ref().map_or_else(
-        || "`granchain scene show annulus` lists the keys".to_owned(), |nearest| format!("did you mean `{nearest}`?")))]
+        || "`granchain scene keys` lists all keys".to_owned(), |nearest| format!("did you mean `{nearest}`?")))]
     UnknownKey { place: Place, key: String, nearest: Option<String> },
     #[error("{place}: `{key}`: expected {expected}, found {found}")]
     WrongType { place: Place, key: String, expected: String, found: String },

@@ -4,12 +4,12 @@ use super::{
     Bead, Material, MeshFile, SceneError,
     document::{Document, Entry, Value, resolved},
     error::Place,
-    key::{Bound, Key, ValueKind, closest},
+    key::{Bound, Key, ValueKind},
     plausible,
     table::GOVERNORS,
     word::Word,
 };
-use granchain_signal::{Dimension, Quantity};
+use granchain_signal::{Dimension, Quantity, closest};
 
 const OVERRIDE_WORDS: [&str; 6] = ["bead", "radius", "material", "mass", "mesh", "mesh_unit"];
 
@@ -139,7 +139,7 @@ impl<'a> Reader<'a> {
             key: key.to_owned(),
             found: found.clone(),
             choices: choices.iter().map(|choice| (*choice).to_owned()).collect(),
-            nearest: closest(&found.to_lowercase().replace('_', "-"), choices.iter().copied()).map(str::to_owned),
+            nearest: meant(&found.to_lowercase().replace('_', "-"), choices).map(str::to_owned),
         })
     }
 
@@ -407,6 +407,13 @@ impl<'a> Reader<'a> {
         }
         Ok(gaps)
     }
+}
+
+/// What a word means that is none of the choices: another word for one, or one misspelt.
+fn meant<'a>(found: &str, choices: &[&'a str]) -> Option<&'a str> {
+    let other = [("ring", "annulus"), ("wall", "rigid")].into_iter().find(|(word, _)| *word == found);
+    let choice = other.and_then(|(_, meant)| choices.iter().copied().find(|choice| *choice == meant));
+    choice.or_else(|| closest(found, choices.iter().copied()))
 }
 
 pub(super) fn wrong_type(entry: &Entry, key: &str, expected: impl Into<String>) -> SceneError {

@@ -12,14 +12,14 @@ use super::{
     key::{
         Bound,
         When::{self, Beside, Damped, Is},
-        beside, closest, count, key, number, optional, word,
+        beside, count, key, number, optional, word,
     },
     setting::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
         path, ring, shared_mesh, text, water, water_mesh, whole,
     },
 };
-use granchain_signal::Dimension;
+use granchain_signal::{Dimension, closest};
 
 pub const KEYS: &[Key] = &[
     key("name", ValueKind::Text, "name of the scene").value(|scene| text(&scene.name)).usually("the file's name"),
@@ -546,7 +546,7 @@ impl Key {
         KEYS.iter().any(|key| inside(key.name)) || table == "chain.gaps" || table.starts_with("materials.")
     }
 
-    /// The valid key most like `name`: the spelling as a whole, or the same last word in another table.
+    /// The valid key most like `name`: another word for it, the spelling in its table or as a whole, or the same last word in another table.
     pub(crate) fn nearest(name: &str) -> Option<String> {
         let last = name.rsplit('.').next().unwrap_or(name);
         // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
@@ -558,9 +558,22 @@ impl Key {
             return Some(inside.name.to_owned());
         }
         let plain = || KEYS.iter().map(|key| key.name).filter(|key| !key.contains('*'));
+        let table = name.rsplit_once('.').map(|(table, _)| table);
+        let with_kind = table.or(Some("damping").filter(|_| last == "law"));
+        let kind = with_kind.map(|table| format!("{table}.kind")).filter(|kind| plain().any(|key| key == kind));
+        if kind.is_some() && ["law", "type", "model"].contains(&last) {
+            return kind;
+        }
+        let in_table = |key: &&str| key.rsplit_once('.').map(|(own, _)| own) == table;
+        let known = table.is_some_and(Self::is_table);
         plain()
             .find(|key| key.rsplit('.').next() == Some(last) && strsim::jaro_winkler(key, name) > 0.7)
-            .or_else(|| closest(name, plain()))
+            // In a table that there is only the last word can be misspelt.
+            .or_else(|| match known {
+                true => closest(last, plain().filter(in_table).filter_map(|key| key.rsplit('.').next()))
+                    .and_then(|word| plain().filter(in_table).find(|key| key.rsplit('.').next() == Some(word))),
+                false => closest(name, plain()),
+            })
             .or_else(|| plain().find(|key| key.rsplit('.').next() == Some(last)))
             .or_else(|| {
                 let words = plain().filter_map(|key| key.rsplit('.').next());

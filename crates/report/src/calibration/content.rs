@@ -13,6 +13,8 @@ use crate::{
 };
 use granchain_signal::feature::Measurand;
 
+const NO_CAUSE: &str = "Likely causes (sign, unit, number of beads, gap, material and others) were tried; none of them explains the record better.";
+
 pub(super) fn page(report: &CalibrationReport) -> Page {
     let (outcome, laws, lead) = (&report.outcome, report.laws(), report.lead());
     let mut blocks = Vec::new();
@@ -29,6 +31,8 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     if !outcome.diagnosis.is_empty() {
         blocks.push(Block::Heading("What would explain the record".into()));
         blocks.push(Block::List(outcome.diagnosis.iter().map(|finding| capitalised(&finding.text)).collect()));
+    } else if lead.recorded.is_some() && laws.first().is_some_and(|law| law.fit.verdict == Verdict::OutsideScatter) {
+        blocks.push(Block::Paragraph(NO_CAUSE.into()));
     }
     if let Some(law) = laws.first() {
         section(&mut blocks, "What decided", Some(decided(law)), figures::pulls(law, &report.records));
@@ -47,7 +51,9 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     }
     // Where mounts compete, the regions of those that explain nothing mean nothing.
     let meaningful = |law: &&Law<'_>| law.fit.mount.is_none() || law.fit.verdict.explains();
-    blocks.extend(laws.iter().filter(meaningful).filter_map(table::lobes).map(Block::Table));
+    // Nor do those of a model that is rejected.
+    let regions = laws.iter().filter(meaningful).filter(|law| law.fit.verdict != Verdict::OutsideScatter);
+    blocks.extend(regions.filter_map(table::lobes).map(Block::Table));
     joint::shares(&laws, &mut blocks);
 
     blocks.extend(report.bench.blocks());
@@ -65,7 +71,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     if let Some(sweep) = report.alpha_sweep.as_ref().filter(|sweep| sweep.curves.iter().any(|c| !c.points.is_empty())) {
         let mut plate = Plate::new("sweep", sweep_figure(sweep));
         plate.caption = format!(
-            "Peaks and lines against {}; bars are one standard deviation of the scatter, dotted lines: {}.",
+            "Peaks and lines as a function of {}. Bars: ± one standard deviation. Dotted lines: {}.",
             sweep.name, sweep.reference_name
         );
         section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
@@ -85,9 +91,14 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 /// Where the record stands, and by what.
 fn decided(law: &Law<'_>) -> String {
     format!(
-        "Of the records simulated with this model {} fit as badly as this one (p; below 5 % it is doubtful, below 1 % outside its scatter). \
-         Each feature below is what the fit compared; deviations are residuals after the fit.",
-        share(law.fit.p_value)
+        "p: {} of the records simulated with the model fit as badly as this one or worse. Below 5 % the model is doubtful, below 1 % it is rejected \
+         (outside scatter). The figure shows the features that were compared, with their residuals after the fit.{}",
+        share(law.fit.p_value),
+        if law.fit.waveform.as_ref().is_some_and(|waveform| waveform.decided) {
+            " The parameters were fitted to the waveform; the features only enter p."
+        } else {
+            ""
+        }
     )
 }
 
@@ -126,12 +137,12 @@ fn fidelities(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Blo
     for law in laddered() {
         let (upper, below) = (&report.outcome.model, law.below());
         let of_below = match below.as_slice() {
-            [_, (model, ..)] => format!("answer of the {model} model, itself led there by the chain's, and"),
-            _ => "chain's answer,".to_owned(),
+            [_, (model, ..)] => format!("result of the {model} model, which started from the chain's"),
+            _ => "chain's result".to_owned(),
         };
         blocks.push(Block::Paragraph(format!(
-            "{}: the search ran on the chain; the values quoted come from the runs of the model `{upper}` alone, made where the \
-             {of_below} corrected round by round, led them. Where the regions part, the model below leaves out what the record shows.",
+            "{}: the search used the chain. The quoted values come only from runs of the model `{upper}`, made near the {of_below}; this region was \
+             corrected after each round. If the regions differ, the simpler model lacks an effect that is visible in the record.",
             capitalised(&law.name())
         )));
         blocks.push(Block::Table(table::fidelities(law)));
@@ -221,12 +232,15 @@ fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
     };
     let p = law.fit.p_value;
     let p = if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) };
-    let explains = if verdict == Verdict::Doubtful { "hardly explains" } else { "explains" };
+    let (explains, deviates) = match verdict {
+        Verdict::Doubtful => ("hardly explains", "the record deviates more than most runs of the model do"),
+        _ => ("explains", "the deviations are no larger than between runs of the model"),
+    };
     let (tone, text) = match verdict {
         Verdict::WithinScatter | Verdict::Doubtful => (
             if verdict == Verdict::Doubtful || !leaning.is_empty() { Tone::Careful } else { Tone::Good },
             format!(
-                "With {damping} the {model} model {explains} {record} within its own scatter at {}. Intervals are 90 %; p {p}.{bound}",
+                "With {damping} the {model} model {explains} {record} at {}: {deviates}. Intervals are 90 %; p {p}.{bound}",
                 values(law, true)
             ),
         ),
@@ -278,17 +292,18 @@ fn search_words(law: &Law<'_>) -> String {
     let Some(answering) = law.fit.fidelities.iter().rev().find(|fidelity| fidelity.verdict.is_some()) else {
         return String::new();
     };
-    // Numbers are left out of the reasons, so that alike ones meet.
-    let given = |reason: &str| reason.replace('…', "so many");
+    // The numbers were left out of the reasons, so that alike ones meet.
+    let given = |reason: &str| {
+        let short =
+            reason.replace("has … drive periods after its onset, expected at least …", "was too short after its onset");
+        let words = short.split(" (").next().unwrap_or_default().split(" of …").next().unwrap_or_default();
+        words.replace("stays below", "stayed below").replace(" …", "")
+    };
     let failures: Vec<_> =
-        law.fit.failures.iter().map(|(reason, count)| format!("{count} × {}", given(reason))).collect();
+        law.fit.failures.iter().map(|(reason, count)| format!("in {count} {}", given(reason))).collect();
     let failed = match answering.failed_runs {
-        0 => "none of which failed".to_owned(),
-        failed => format!(
-            "{failed} of which failed and rank{} behind every finished run ({})",
-            if failed == 1 { "s" } else { "" },
-            failures.join("; ")
-        ),
+        0 => "none failed".to_owned(),
+        failed => format!("{failed} failed and are ranked last: {}", failures.join(", ")),
     };
     let on = if law.drawn.below.is_some() { format!(" of the model `{}`", answering.model) } else { String::new() };
     format!("{}: {} runs{on}, {failed}.", capitalised(&law.name()), answering.runs)
@@ -307,7 +322,7 @@ fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {
     facts.push((
         "how to cite".to_owned(),
         format!(
-            "The granchain authors: granchain, version {}; and the source of the model used (CITATION.cff).",
+            "The granchain authors, granchain, version {}, and the paper of the model (see CITATION.cff).",
             version(&outcome.program)
         ),
     ));

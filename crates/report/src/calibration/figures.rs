@@ -39,7 +39,7 @@ pub(super) fn drive(report: &CalibrationReport, record: &RecordReport) -> Vec<Pl
         let reference = spectrum.amplitudes.iter().copied().fold(0.0, f64::max);
         let curves = [SpectrumCurve { label: String::new(), spectrum: &spectrum, stroke }];
         let panel = level_panel(&curves, (reference, "largest"), report.drive_frequency, highest);
-        let title = "Its normalised amplitude spectrum; names are multiples of the drive frequency.";
+        let title = "Amplitude spectrum of the piston displacement, normalised to its largest line. The numbers at the top are multiples of the drive frequency.";
         plates.push(Plate::new("drive-spectrum", Figure::new(title).panel(panel)));
     }
     plates
@@ -62,7 +62,8 @@ pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
     let shown = farthest.min(FARTHEST_PULL);
     let ends = 1.08 * shown;
     let y = Axis::new("Fitted feature", "").range(0.0, count as f64 + 1.0).named_ticks(names);
-    let mut panel = Panel::new(Axis::new("Model − record, scatters of a single run", "1").range(-ends, ends), y);
+    let mut panel =
+        Panel::new(Axis::new("(model − record) / standard deviation of a single run", "1").range(-ends, ends), y);
     let height = count as f64 + 1.0;
     for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
         let corners = vec![(-half, 0.0), (half, 0.0), (half, height), (-half, height)];
@@ -78,14 +79,14 @@ pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
     };
     for (points, label, colour, marker) in [
         (of(false), "fitted", Colour::Blue, Marker::Disc),
-        (of(true), "down-weighted: no run has it", Colour::Vermillion, Marker::Diamond),
+        (of(true), "variance enlarged: no run reproduces it", Colour::Vermillion, Marker::Diamond),
     ] {
         if !points.is_empty() {
             panel.layers.push(Layer::Points { label: label.into(), points, colour, marker });
         }
     }
     let beyond = if farthest > shown { format!(" Beyond ±{shown} points stand at the edge.") } else { String::new() };
-    let figure = Figure::new(format!("Every fitted feature at the answer.{beyond}"))
+    let figure = Figure::new(format!("Every fitted feature at the fitted values.{beyond}"))
         .sized(PAGE_WIDTH_MM, 1)
         .panel(panel.height(3.4 * count as f64 + 6.0));
     vec![Plate::new(format!("pulls-{}", law.key()), figure)]
@@ -138,8 +139,8 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let mut panels = vec![whole];
     if !record.residual.is_empty() {
         caption.push_str(
-            " Below: what is left where the waveform is compared, and the band that holds 90 % of it if the model is right, by noise and by what \
-             differs from run to run.",
+            " Below: the difference record − simulation in the compared part. If the model is right, 90 % of it lies in the band, which includes noise \
+             and run-to-run variation.",
         );
         panels.push(residual(record, Axis::time().range(start, end), quantity(measurand)));
     }
@@ -239,8 +240,9 @@ pub(super) fn spectra(report: &CalibrationReport, record: &RecordReport) -> Vec<
     .panel(amplitude_panel(&curves(), amplitude, measurand.unit(), drive, near).height(48.0));
     let mut plates = vec![Plate::new("spectrum", near)];
     if let Some(reference) = reference {
-        let reference_trace = if recorded.is_some() { record.record_label.as_str() } else { "simulated" };
-        let title = format!("The same spectra over the usable band, re the drive line of the {reference_trace} trace.");
+        let of = if recorded.is_some() { "record's" } else { "simulated" };
+        let title =
+            format!("The same spectra up to the bandwidth, in dB relative to the {of} line at the drive frequency.");
         let mut curves = curves();
         for curve in &mut curves {
             curve.stroke = curve.stroke.width(0.6);
@@ -284,7 +286,7 @@ pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
         if let Some((map, level)) = &map {
             panel = panel.layer(region("90 % region", map.clone(), *level, Colour::Vermillion));
         }
-        let title = format!("The whole search box, {}: every run, and the accepted set.", law.name());
+        let title = format!("The whole search range, {}: every run, and the 90 % region.", law.name());
         plates.push(Plate::new(format!("runs-{key}"), Figure::new(title).panel(panel)));
     }
     if let Some((map, level)) = &map {
@@ -356,7 +358,7 @@ pub(super) fn fidelities(law: &Law<'_>) -> Option<Plate> {
     }
     panel = panel.points(format!("fit, {upper}"), at(&law.parameters), Colour::Vermillion, Marker::Ring);
     let key = law.key();
-    let title = format!("Accepted sets before and after the correction, {}.", law.name());
+    let title = format!("90 % regions of the models, {}.", law.name());
     Some(Plate::new(format!("rungs-{key}"), Figure::new(title).panel(panel)))
 }
 
@@ -384,10 +386,8 @@ fn history(law: &Law<'_>, key: &str) -> Option<Plate> {
     let panel = Panel::new(Axis::new("Run", "count"), axis)
         .height(36.0)
         .points("run", runs, Colour::Grey, Marker::Dot)
-        .line("fit, as judged then", best, Stroke::new(Colour::Blue).width(1.2));
-    let title = format!(
-        "Search history, {}: misfit of each run in units of the local scatter, and of the fit as judged after each batch.",
-        law.name()
-    );
+        .line("best so far", best, Stroke::new(Colour::Blue).width(1.2));
+    let title =
+        format!("Search history, {}: misfit of each run, and best misfit after each batch of runs.", law.name());
     Some(Plate::new(format!("history-{key}"), Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)))
 }

@@ -28,7 +28,7 @@ pub(super) fn shares(laws: &[Law<'_>], blocks: &mut Vec<Block>) {
     blocks.push(Block::Heading("What each record narrows".into()));
     blocks.push(Block::Paragraph(
         "All records share one set of parameters; their likelihoods multiply. What a record says by itself is read from the runs made for \
-         all of them, no run is made for it alone: far from the joint answer these runs are few, so a wide interval is wide only roughly."
+         all of them, no run is made for it alone: far from the values fitted together these runs are few, so a wide interval is wide only roughly."
             .into(),
     ));
     for law in laws {

@@ -26,7 +26,6 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     let rows: Vec<Vec<String>> = compared
         .filter_map(|(name, feature)| {
             let (factor, shown) = sound_unit(&feature.unit);
-            let factor = if name.ends_with("negative peak") { -factor } else { factor };
             let (measured, expected) = (factor * feature.measured?, factor * feature.expected?);
             let scatter = feature.scatter.unwrap_or(0.0).max(1e-4) * expected.abs();
             Some(vec![
@@ -49,9 +48,9 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
         Column::words("unit"),
     ];
     Some(Table {
-        caption: "Features that the fit compared, from the onset on (peaks: the whole answer; bands and means: its late window; early: cycles after the \
-                  onset). Deviation: model less record, in standard deviations of a run, once the parameters have taken up what they can; what \
-                  the verdict is made of."
+        caption: "Features compared by the fit, as magnitudes. Peaks: over the whole response after the onset. Bands and means: in its late part. Early: \
+                  the given periods after the onset. Deviation: (model − record)/standard deviation of a run, after fitting, calculated in the \
+                  logarithm. The verdict is calculated from these deviations."
             .into(),
         columns,
         rows,
@@ -98,18 +97,19 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     let mut columns = vec![Column::words("Feature")];
     // Without a waveform the column would be empty.
     columns.extend(record.recorded.is_some().then(|| Column::numbers(record.record_label.clone())));
-    columns.extend(["simulated", "scatter", "sensitivity"].map(Column::numbers));
+    columns.extend(["simulated", "SD between runs", "sensitivity"].map(Column::numbers));
     columns.extend(in_print.then(|| Column::numbers("published")));
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
-            "Features over the analysis window{} (* used by the fit). Scatter: one standard deviation under perturbations the laboratory cannot control; \
-             smaller differences are not significant. Sensitivity: change for +1 % drive.",
+            "Features over the analysis window{}{}. SD between runs: standard deviation between runs that differ only in gaps, drive level and noise; smaller \
+             differences are not significant. Sensitivity: change of the feature when the drive is increased by 1 %.",
             record.window.map_or_else(String::new, |window| format!(
                 ", {} to {} µs",
                 significant(window.from * 1e6, 4),
                 significant(window.to * 1e6, 4)
-            ))
+            )),
+            if watched.iter().any(|row| row.fitted) { " (* used by the fit)" } else { "" }
         ),
         columns,
         rows,
@@ -125,8 +125,9 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
         .flat_map(|law| {
             let fit = law.fit;
             let answering = fit.fidelities.iter().rev().find(|fidelity| fidelity.verdict.is_some());
-            let runs = answering
-                .map_or_else(String::new, |fidelity| format!("{} ({} failed)", fidelity.runs, fidelity.failed_runs));
+            let runs = answering.map_or_else(String::new, |fidelity| {
+                format!("{} of the model {} ({} failed)", fidelity.runs, fidelity.model, fidelity.failed_runs)
+            });
             law.parameters.iter().enumerate().map(move |(index, parameter)| {
                 let once = |text: String| if index == 0 { text } else { String::new() };
                 let unit = unit(&parameter.unit);
@@ -160,7 +161,7 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
         Column::words("Runs"),
     ]);
     Table {
-        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: per feature, in units of the local scatter; p decides, not it.".into(),
+        caption: "Fitted parameters with 90 % intervals, where they may be quoted. Misfit: mean squared deviation per feature, in squared standard deviations of a run. It is for information; the verdict depends on p only.".into(),
         columns,
         rows,
     }
@@ -179,12 +180,10 @@ pub(super) fn fidelities(law: &Law<'_>) -> Table {
         [fidelity.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
     });
     let parameters = law.parameters.iter().map(Estimate::column);
-    let columns = [Column::words("Rung")]
-        .into_iter()
-        .chain(parameters)
-        .chain([Column::words("Runs"), Column::words("By itself")]);
+    let columns =
+        [Column::words("Model")].into_iter().chain(parameters).chain([Column::words("Runs"), Column::words("Verdict")]);
     Table {
-        caption: format!("What each model says by itself (90 % interval), {}.", law.name()),
+        caption: format!("Result of each model alone (90 % intervals, if quoted), {}.", law.name()),
         columns: columns.collect(),
         rows: rows.collect(),
     }
@@ -223,8 +222,9 @@ pub(super) fn fidelity_features(law: &Law<'_>, record: &RecordReport) -> Option<
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
-            "Fitted features at the answer, of every model, {}: expected value and scatter of a single run. Difference: model that answers \
-             less the one below it in the logarithm, over pairs under the same nuisances, with its standard error.",
+            "Fitted features at the fitted values, of every model, {}: expected value and standard deviation of a single run. Difference: model that \
+             gives the values minus the next simpler one, in the logarithm, mean ± standard error over pairs of runs with the same random gaps and \
+             noise.",
             law.name()
         ),
         columns,
@@ -237,7 +237,7 @@ pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
     if law.fit.lobes.len() < 2 {
         return None;
     }
-    let mut columns = vec![Column::numbers("Lobe"), Column::numbers("Probability").unit("%")];
+    let mut columns = vec![Column::numbers("Part"), Column::numbers("Probability").unit("%")];
     columns.extend(law.parameters.iter().map(Estimate::column));
     let rows = law
         .fit
@@ -255,9 +255,9 @@ pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
         })
         .collect();
     let caption = format!(
-        "The 90 % region falls into {} parts, {}: the record does not tell which holds the truth.",
-        law.fit.lobes.len(),
-        law.name()
+        "The 90 % region of {} has {} separate parts; the true values may lie in any of them.",
+        law.name(),
+        law.fit.lobes.len()
     );
     Some(Table { caption, columns, rows })
 }
