@@ -33,7 +33,7 @@ impl Number {
 }
 
 /// Largest plausible value of each, SI, and the units that are left out: 0.5 m of gap is none of a chain, 0.5 nm is.
-const PLAUSIBLE: [(&str, f64, &[&str]); 8] = [
+const PLAUSIBLE: [(&str, f64, &[&str]); 9] = [
     ("gap", 1e-5, &["nm", "um"]),
     ("gap_scale", 3.0, &[]),
     ("baseline", 1e-5, &["nm", "um"]),
