@@ -119,7 +119,7 @@ fn mounts(
 }
 
 /// The parameters of a scene that are fitted, with their bounds.
-fn parameters(plan: &Plan, scene: &Scene) -> Result<Vec<Parameter>, Refusal> {
+pub(crate) fn parameters(plan: &Plan, scene: &Scene) -> Result<Vec<Parameter>, Refusal> {
     let mut parameters = Vec::new();
     for name in plan.fitted() {
         parameters.extend(Parameter::named(&name, scene)?);
