@@ -86,6 +86,8 @@ pub enum Contradiction {
     UpperBeforeDisc { model: &'static str },
     #[error("uncertainty of `{name}`: expected one of {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
+    #[error("uncertainty of `{name}`: with a striker expected one of drive (its velocity), modulus")]
+    StrikerUncertainty { name: String },
 }
 
 /// Why a problem is invalid or has no answer.

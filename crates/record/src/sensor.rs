@@ -26,6 +26,8 @@ pub struct SensorRecord {
     pub column: String,
     pub assumptions: Vec<String>,
     pub warnings: Vec<String>,
+    /// The options it was read with.
+    pub options: ReadOptions,
 }
 
 /// Words that name the column of a force sensor.
@@ -83,11 +85,18 @@ pub fn sensor_column(path: &Path, options: &ReadOptions) -> Option<String> {
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
 pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
-    let bytes = read_file(path, encoding::refuse_early)?;
+    read_sensor_bytes(path, &read_file(path, encoding::refuse_early)?, options)
+}
+
+/// The same of bytes in memory; `path` names them in messages.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_sensor_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
     let column = match &options.column {
         Some(column) => column.clone(),
         None => {
-            let columns = columns_of(path, &bytes, options)?;
+            let columns = columns_of(path, bytes, options)?;
             let found = candidates(&columns);
             let [only] = found[..] else {
                 return Err(MeasurementError::NoForce {
@@ -101,7 +110,7 @@ pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, M
     };
     // The table wants a unit of a kind it knows. One of a factor of 1 leaves the numbers as they are.
     let as_written = ReadOptions { column: Some(column), unit: Some("Pa".into()), scale: None, ..options.clone() };
-    let (mut table, _) = table::read(path, &bytes, RecordKind::Hydrophone, &as_written)?;
+    let (mut table, _) = table::read(path, bytes, RecordKind::Hydrophone, &as_written)?;
     let column = table.columns[table.chosen.value].header.clone();
     let sampled = sampling::even_series(path, &mut table, options.resample)?;
     let mut notes = Notes::default();
@@ -109,7 +118,7 @@ pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, M
     notes.about_sampling(&sampled);
     notes.about_clipping(&sampled.series);
     notes.assume(format!("`{column}` is the sensor's force times an unknown gain"));
-    let (path, sha256) = (path.into(), sha256(&bytes));
+    let (path, sha256) = (path.into(), sha256(bytes));
     Ok(SensorRecord {
         path,
         sha256,
@@ -117,6 +126,7 @@ pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, M
         column,
         assumptions: notes.assumptions,
         warnings: notes.warnings,
+        options: options.clone(),
     })
 }
 

@@ -20,9 +20,9 @@ mod outcome;
 pub mod regression;
 pub mod run;
 
-use granchain_model::scene::Scene;
+use granchain_model::{ModelError, scene::Scene};
 use granchain_record::SensorRecord;
-use granchain_signal::feature::FeatureError;
+use granchain_signal::{Series, feature::FeatureError};
 
 pub use self::{
     cause::{ImpactCause, ImpactFinding},
@@ -32,7 +32,7 @@ use self::{
     hit::{Features, Impulses, observe},
     likelihood::{Grid, Hits, Likelihood},
     regression::Regression,
-    run::{Bench, Run, Unknown},
+    run::{Bench, CORNER, Run, Unknown, force, high_passed},
 };
 use crate::{
     agreement::{DOUBTFUL, OUTSIDE},
@@ -213,6 +213,16 @@ impl Experiment {
                 .for_each(|(parameter, wider)| *parameter = wider.unwrap_or_else(|| parameter.clone()));
         }
         Err(ImpactError::Stopped)
+    }
+
+    /// The sensor force of the scene at the answer of a fit, N, behind an AC coupling in the middle of those that may be.
+    ///
+    /// # Errors
+    /// What the model refuses.
+    pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
+        let mut scene = self.scene.clone();
+        fit.marginals.iter().for_each(|marginal| marginal.parameter.set(&mut scene, marginal.value));
+        Ok(high_passed(&force(&scene)?, CORNER.0))
     }
 
     fn searched(

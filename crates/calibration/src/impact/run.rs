@@ -20,7 +20,7 @@ pub type Nuisance = SVector<f64, SHARED>;
 
 /// Corner of the AC coupling, Hz, and the standard deviation of its logarithm: from coupling that leaves an impulse as it is to one that bends its
 /// foot below zero by a third.
-const CORNER: (f64, f64) = (800.0, 0.7);
+pub(super) const CORNER: (f64, f64) = (800.0, 0.7);
 
 /// What is not known of a bench with a striker.
 #[derive(Debug, Clone, Copy, PartialEq)]
