@@ -17,7 +17,9 @@ use crate::{
     calibration::{
         bench::Bench,
         drive::Input,
-        impact::{EVALUATIONS, Experiment, Hit, ImpactError, ImpactFit, ImpactOutcome, run::Unknown},
+        impact::{
+            EVALUATIONS, Experiment, Hit, ImpactError, ImpactFit, ImpactOutcome, likelihood::SET_UP, run::Unknown,
+        },
         outcome::InputDigest,
         plan::{Asked, Plan},
         problem::DEFAULT_SEED,
@@ -87,9 +89,17 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
             Some(bytes) => read_sensor_bytes(&record.measured, bytes, &options)?,
             None => read_sensor(&record.measured, &options)?,
         };
-        let of_file = |text: &String| format!("{}: {text}", read.path.display());
-        assumptions.extend(read.assumptions.iter().map(of_file));
         hits.push(Hit::of(read)?);
+    }
+    for Hit { record, .. } in &hits {
+        for text in &record.assumptions {
+            // What holds of all is said once.
+            let of_all = hits.iter().all(|hit| hit.record.assumptions.contains(text));
+            let text = if of_all { text.clone() } else { format!("{}: {text}", record.path.display()) };
+            if !assumptions.contains(&text) {
+                assumptions.push(text);
+            }
+        }
     }
     let unknown = striker(&plan.uncertainty).map_err(refused)?;
     assumptions.push(in_words(unknown));
@@ -104,7 +114,11 @@ fn in_words(unknown: Unknown) -> String {
     let [velocity, modulus] = [unknown.velocity, unknown.modulus].map(|deviation| 100.0 * deviation);
     format!(
         "not known, and the same in all hits: the striker's velocity ±{velocity} %, the beads' stiffness over their mass ±{modulus} %, the corner of the \
-         sensor's AC coupling (0.25 to 2.5 kHz), its response to impulses of another width (±5 % of the ratio of peaks, ±10 % of that of widths)"
+         sensor's AC coupling (0.25 to 2.5 kHz), how the column stands and what its sensor passes (±{} % of return time, ±{} % of the ratio of peaks, \
+         ±{} % of that of widths)",
+        100.0 * SET_UP[0],
+        100.0 * SET_UP[1],
+        100.0 * SET_UP[2]
     )
 }
 

@@ -1,5 +1,7 @@
 //! Likely causes where the model does not explain the hits: each is assumed in turn and fitted.
 
+use std::cmp::Ordering;
+
 use granchain_model::scene::{DampingKind, Material, Plate, Scene, Support};
 use granchain_signal::number::{engineering, significant};
 use serde::{Deserialize, Serialize};
@@ -80,9 +82,14 @@ impl Experiment {
                 });
             }
         }
-        found.sort_by(|a, b| b.p_value.total_cmp(&a.p_value));
-        let best = found.first().map_or(0.0, |finding| finding.p_value);
-        found.iter_mut().skip(1).for_each(|finding| finding.equivalent = finding.p_value >= AS_WELL * best);
+        // Of causes that explain the hits about equally well the first assumed comes first.
+        let best = found.iter().map(|finding| finding.p_value).fold(0.0, f64::max);
+        let as_well = |finding: &ImpactFinding| finding.p_value >= AS_WELL * best;
+        found.sort_by(|a, b| match (as_well(a), as_well(b)) {
+            (true, true) => Ordering::Equal,
+            _ => b.p_value.total_cmp(&a.p_value),
+        });
+        found.iter_mut().skip(1).for_each(|finding| finding.equivalent = as_well(finding));
         found.truncate(NAMED);
         Ok(found)
     }

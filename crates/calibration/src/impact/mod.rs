@@ -10,8 +10,8 @@
 //!
 //! ȳ ~ t_ν(m(θ), S/n + B Bᵀ + C h(θ)),
 //!
-//! m the regression of runs, S the scatter of the hits beside a stated floor, B what an unknown shared by all hits moves the features by, C h the
-//! regression's own variance. Left out: what a returned impulse does after it has passed the sensor.
+//! m the regression of runs, S the scatter of the hits beside a stated floor, B what an unknown shared by all hits moves the features by (velocity,
+//! bead stiffness, AC coupling, and the set-up), C h the regression's own variance. Left out: what a returned impulse does after it has passed the sensor.
 
 mod cause;
 pub mod hit;
@@ -288,7 +288,7 @@ fn answer(
             low: parameter.value(low),
             median: parameter.value(median),
             high: parameter.value(high),
-            at_bound: low < EDGE || high > 1.0 - EDGE,
+            at_bound: low.min(grid.best[d]) < EDGE || high.max(grid.best[d]) > 1.0 - EDGE,
             unidentified: high - low > WIDE,
             parameter: parameter.clone(),
         }
@@ -305,7 +305,7 @@ fn answer(
         Verdict::WithinScatter
     };
     let (mean, covariance) = grid.moments(|at| likelihood.regression.expected(at).mean);
-    let of_mean = covariance[(0, 0)] + likelihood.regression.shared[(0, 0)];
+    let of_mean = covariance[(0, 0)] + likelihood.shared()[(0, 0)];
     let of_hit = likelihood.scatter[(0, 0)];
     ImpactFit {
         correlation: if parameters.len() > 1 { grid.correlation(0, 1) } else { 0.0 },
