@@ -114,7 +114,7 @@ fn in_words(unknown: Unknown) -> String {
     let [velocity, modulus] = [unknown.velocity, unknown.modulus].map(|deviation| 100.0 * deviation);
     format!(
         "not known, and the same in all hits: the striker's velocity ±{velocity} %, the beads' stiffness over their mass ±{modulus} %, the corner of the \
-         sensor's AC coupling (0.25 to 2.5 kHz), how the column stands and what its sensor passes (±{} % of return time, ±{} % of the ratio of peaks, \
+         sensor's AC coupling (0.25 to 2.5 kHz), where in its bead it reads, how the column stands and what its sensor passes (±{} % of return time, ±{} % of the ratio of peaks, \
          ±{} % of that of widths)",
         100.0 * SET_UP[0],
         100.0 * SET_UP[1],
@@ -243,7 +243,7 @@ fn inputs(job: &Job) -> std::collections::BTreeMap<String, InputDigest> {
 /// Every run: where it lies in the bounds, the shared unknowns in standard deviations, the features' logarithms, or why there are none.
 fn runs(fit: &ImpactFit) -> Vec<u8> {
     let names = fit.marginals.iter().map(|marginal| format!("u_{}", marginal.parameter.name));
-    let unknown = ["velocity", "modulus", "corner"].map(|name| format!("n_{name}"));
+    let unknown = ["velocity", "modulus", "corner", "position"].map(|name| format!("n_{name}"));
     let features = crate::calibration::impact::hit::NAMES.map(|name| format!("z_{name}"));
     let head: Vec<String> = names.chain(unknown).chain(features).chain(["failure".into()]).collect();
     let mut text = head.join(",") + "\n";

@@ -61,7 +61,7 @@ impl Hits {
     }
 }
 
-/// Likelihood of the hits over the box: a Student t of their mean.
+/// Likelihood of the hits over the box: a normal density of their mean.
 #[derive(Debug, Clone)]
 pub struct Likelihood<'a> {
     pub regression: &'a Regression,
@@ -78,13 +78,16 @@ impl<'a> Likelihood<'a> {
 
     /// Covariance of the mean about what the model expects.
     fn covariance(&self, leverage: f64) -> Covariance {
-        self.scatter / self.hits.count + self.shared() + self.regression.scatter * leverage
+        // The scatter is estimated: a mean over its square is that of a Student t.
+        let estimated = self.hits.freedom() / (self.hits.freedom() - 2.0);
+        self.scatter * (estimated / self.hits.count) + self.shared() + self.regression.scatter * leverage
     }
 
-    /// Covariance of what all hits share.
+    /// Covariance of what all hits share. What the regression leaves of a run is counted too: collisions at the foot answer to a velocity that all hits
+    /// have in a way that no polynomial follows.
     #[must_use]
     pub fn shared(&self) -> Covariance {
-        self.regression.shared + diagonal(SET_UP)
+        self.regression.shared + self.regression.scatter + diagonal(SET_UP)
     }
 
     /// T² of the mean, and ln of its density.
@@ -96,9 +99,8 @@ impl<'a> Likelihood<'a> {
         };
         let off = self.hits.mean - expected.mean;
         let square = off.dot(&root.solve(&off));
-        let freedom = self.hits.freedom();
         let determinant: f64 = root.l().diagonal().iter().map(|root| root.ln()).sum();
-        [square, -determinant - 0.5 * (freedom + FEATURES as f64) * (square / freedom).ln_1p()]
+        [square, -determinant - 0.5 * square]
     }
 
     /// The deviation of each feature of the mean from the model at a point, in standard deviations.

@@ -8,10 +8,10 @@
 //! A hit is reduced to three numbers that hold no gain: the time from the incident to the returned impulse, the ratio of their peaks and that of
 //! their widths ([`hit`]). Nothing here knows a drive or its period. The mean ȳ of n hits is compared with the model,
 //!
-//! ȳ ~ t_ν(m(θ), S/n + B Bᵀ + C h(θ)),
+//! ȳ ~ N(m(θ), S/n + B Bᵀ + C (1 + h(θ))),
 //!
 //! m the regression of runs, S the scatter of the hits beside a stated floor, B what an unknown shared by all hits moves the features by (velocity,
-//! bead stiffness, AC coupling, and the set-up), C h the regression's own variance. Left out: what a returned impulse does after it has passed the sensor.
+//! bead stiffness, AC coupling, where the sensor reads, and the set-up), C h the regression's own variance. Left out: what a returned impulse does after it has passed the sensor.
 
 mod cause;
 pub mod hit;
@@ -222,7 +222,7 @@ impl Experiment {
     pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
         let mut scene = self.scene.clone();
         fit.marginals.iter().for_each(|marginal| marginal.parameter.set(&mut scene, marginal.value));
-        Ok(high_passed(&force(&scene)?, CORNER.0))
+        Ok(high_passed(&force(&scene, 0.5)?, CORNER.0))
     }
 
     fn searched(

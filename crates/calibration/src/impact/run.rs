@@ -13,14 +13,17 @@ use rayon::prelude::*;
 use super::hit::{Features, observe};
 use crate::parameter::{Parameter, Target, varied};
 
-/// Quantities that all hits share and that nobody fits: velocity, bead stiffness, corner of the AC coupling.
-pub const SHARED: usize = 3;
+/// Quantities that all hits share and that nobody fits: velocity, bead stiffness, corner of the AC coupling, where in its bead the sensor reads.
+pub const SHARED: usize = 4;
 
 pub type Nuisance = SVector<f64, SHARED>;
 
 /// Corner of the AC coupling, Hz, and the standard deviation of its logarithm: from coupling that leaves an impulse as it is to one that bends its
 /// foot below zero by a third.
 pub(super) const CORNER: (f64, f64) = (800.0, 0.7);
+
+/// Standard deviation of the weight of the contact before the sensor bead about one half: a shift of half a bead's passage would be one half.
+const WEIGHT: f64 = 0.1;
 
 /// What is not known of a bench with a striker.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,7 +97,7 @@ impl Bench<'_> {
         };
         scene = varied(&scene, &variation);
         let corner = CORNER.0 * (CORNER.1 * nuisance[2]).exp();
-        let features = force(&scene).map_err(|error| error.to_string()).and_then(|force| {
+        let features = force(&scene, 0.5 + WEIGHT * nuisance[3]).map_err(|error| error.to_string()).and_then(|force| {
             let seen = sampled(&high_passed(&force, corner), self.step, phase);
             let found = observe(&seen).map_err(|error| error.to_string())?;
             found
@@ -105,16 +108,19 @@ impl Bench<'_> {
     }
 }
 
-/// The sensor force of a scene, N.
+/// What a sensor in its bead reads, N: the force of the contact before the bead with a weight from 0 to 1, one half for the middle of the bead, and that
+/// of the contact behind it with the rest.
 ///
 /// # Errors
 /// What the model refuses; a scene without a sensor.
-pub fn force(scene: &Scene) -> Result<Series, ModelError> {
-    let response = ChainModel.run(scene, &mut |_| true)?;
-    response.sensor_force.ok_or_else(|| ModelError::Unsupported {
-        model: "chain",
-        reason: "the scene has no sensor; set chain.sensor".into(),
-    })
+pub fn force(scene: &Scene, weight: f64) -> Result<Series, ModelError> {
+    let lacking =
+        || ModelError::Unsupported { model: "chain", reason: "the scene has no sensor; set chain.sensor".into() };
+    let sensor = scene.chain.sensor.ok_or_else(lacking)?;
+    let forces = ChainModel.run(scene, &mut |_| true)?.contact_force;
+    let [before, after] = [&forces[sensor - 1], &forces[sensor]];
+    let values = before.values.iter().zip(&after.values).map(|(a, b)| weight * a + (1.0 - weight) * b).collect();
+    Ok(Series { values, ..before.clone() })
 }
 
 /// As an AC coupling passes it: ẏ = ẋ − 2π f y, y = 0 at first, by the trapezoidal rule.
