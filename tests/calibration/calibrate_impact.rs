@@ -137,7 +137,7 @@ fn what_cannot_be_fitted_is_refused_with_its_place() {
             vec!["runs gave an incident and a returned impulse", "`duration`"],
         ),
         (
-            vec!["--measured", good, "--set", "support.kind=wall"],
+            vec!["--measured", good, "--set", "support.kind=rigid"],
             vec!["`support_modulus` belongs to an elastic foundation"],
         ),
     ] {

@@ -207,6 +207,6 @@ fn one_factor_of_three_foams_predicts_the_return_time_of_the_other_two() {
         );
     }
     assert!(within >= 0.8 * hits as f64, "{within} of {hits}");
-    // 17 when this was written: with 58 MPa left out of the three, the factor of the stiffest pulls its return time off by up to 1.8 %.
+    // 16 when this was written: without 58 MPa among the three, its own return time is predicted up to 2.2 % early.
     assert!(close >= 16, "{close} of {cases}");
 }
