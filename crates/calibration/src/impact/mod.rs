@@ -147,8 +147,8 @@ pub struct ImpactFit {
     pub deviations: Features,
     /// Standard deviation of each feature over hits.
     pub scatter: Features,
-    /// Mean of ln of the return time over the posterior, and the standard deviations of the mean and of one hit about it.
-    pub return_time: [f64; 3],
+    /// Mean of ln of the return time over the posterior, and the standard deviation of one hit about it.
+    pub return_time: [f64; 2],
     pub freedom: f64,
     pub runs: Vec<Run>,
 }
@@ -312,7 +312,7 @@ fn answer(
         expected: likelihood.regression.expected(&grid.best).mean,
         deviations: likelihood.deviations(&grid.best),
         scatter: likelihood.scatter.diagonal().map(f64::sqrt),
-        return_time: [mean[0], of_mean.sqrt(), (of_mean + of_hit).sqrt()],
+        return_time: [mean[0], (of_mean + of_hit).sqrt()],
         freedom: likelihood.hits.freedom(),
         marginals,
         verdict,

@@ -86,10 +86,9 @@ impl ImpactOutcome {
     /// Of a fit; what was read and named is added by who knows it.
     #[must_use]
     pub fn of(experiment: &Experiment, fit: &ImpactFit, diagnosis: Vec<ImpactFinding>) -> Self {
-        let [mean, of_mean, of_hit] = fit.return_time;
+        let [mean, of_hit] = fit.return_time;
         let reach = student(fit.freedom, 0.95) * of_hit;
         let (low, high) = ((mean - reach).exp(), (mean + reach).exp());
-        debug_assert!(of_mean <= of_hit);
         let within = |time: f64| (low..=high).contains(&time);
         let paths: Vec<_> = experiment.hits.iter().map(|hit| hit.record.path.as_path()).collect();
         let hits: Vec<HitOutcome> = experiment
