@@ -42,14 +42,14 @@ fn wait(arguments: &[&str], threads: &str, out: &Path) -> Waited {
 fn main() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("out");
-    let twin = folder.path().join("twin");
+    let synthetic = folder.path().join("twin");
     let made = Command::new(env!("CARGO"))
         .args(["run", "--quiet", "--release", "--example", "make_twin", "--"])
-        .arg(&twin)
+        .arg(&synthetic)
         .arg("reduced")
         .status();
     assert!(made.is_ok_and(|status| status.success()), "the twin is made");
-    let [vib, horn] = ["vib.csv", "horn_tip.csv"].map(|file| twin.join(file).to_string_lossy().into_owned());
+    let [vib, horn] = ["vib.csv", "horn_tip.csv"].map(|file| synthetic.join(file).to_string_lossy().into_owned());
     let calibrate = ["calibrate", "--measured", &vib, "--drive", &horn, "--scene", "annulus"];
     let chain = [&calibrate[..], &["--model", "chain"]].concat();
     let replay = |model| ["replay", "--scene", "annulus", "--model", model];

@@ -6,7 +6,7 @@
 
 use std::{error::Error, path::Path, sync::Arc};
 
-use granchain::calibration::{Course, Plan, Problem, fit::Estimate, plan::RecordPlan};
+use granchain::calibration::{Plan, Problem, Schedule, fit::Estimate, plan::RecordPlan};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("measurements/twin-levels");
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         eprint!("\r{done} of {work} runs ");
         true
     });
-    let fitted = problem.fit(Course { watch, ..Course::default() })?;
+    let fitted = problem.fit(Schedule { watch, ..Schedule::default() })?;
     eprintln!();
 
     // 3. All records together, then what each says by itself, from the same runs.

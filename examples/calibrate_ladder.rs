@@ -8,8 +8,8 @@
 use std::{error::Error, path::Path};
 
 use granchain::{
-    calibration::{Course, Plan, Problem, fit::Fit},
-    study::confirmed::Confirmed,
+    calibration::{Plan, Problem, Schedule, fit::Fit},
+    study::predicted::Predictions,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // 2. Two hundred runs of the chain, some hundred pairs with the reduced model.
-    let fitted = problem.fit(Course::default())?;
+    let fitted = problem.fit(Schedule::default())?;
     let best = fitted.best();
     if let Some(below) = &best.fit.below {
         show("chain", &below.fit);
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     show(problem.model(), &best.fit);
 
     // 3. The answer run accurately and held against the record.
-    let outcome = Confirmed::of(&problem, &fitted, None, std::sync::Arc::new(|_| true)).outcome(&problem, &fitted);
+    let outcome = Predictions::of(&problem, &fitted, None, std::sync::Arc::new(|_| true)).outcome(&problem, &fitted);
     let peak = &outcome.best.features["positive_peak"];
     println!("positive peak: record {:?}, model {:?} ± {:?} m/s", peak.measured, peak.simulated, peak.scatter);
     for statement in &outcome.statements {

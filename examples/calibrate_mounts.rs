@@ -9,10 +9,10 @@ use std::{error::Error, fs, path::Path};
 
 use granchain::{
     calibration::{
-        Course, Plan, Problem,
+        Plan, Problem, Schedule,
         bench::Bench,
         drive::RecordedDrive,
-        shot::{ShotPlan, Source},
+        recorded_run::{RecordedRunPlan, Source},
     },
     feature::Measurand,
     measurement::{ReadOptions, RecordKind, read_record_bytes},
@@ -30,14 +30,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     // 2. The record.
     let path = folder.join("hydrophone.csv");
     let record = read_record_bytes(&path, &fs::read(&path)?, Some(RecordKind::Hydrophone), &options)?;
-    let shot = ShotPlan { source: Source::Record(Box::new(record), Box::default()), bench, origin: None };
+    let recorded_run =
+        RecordedRunPlan { source: Source::Record(Box::new(record), Box::default()), bench, origin: None };
 
     // 3. Clamped, supported and free, each fitted with few runs.
     let mounts = ["clamped", "supported", "free"].map(String::from).to_vec();
     let plan =
         Plan { quantity: Some(Measurand::Pressure), mount: Some(mounts), evaluations: Some(200), ..Plan::default() };
-    let problem = Problem::of(&plan, vec![shot])?;
-    let fitted = problem.fit(Course::default())?;
+    let problem = Problem::of(&plan, vec![recorded_run])?;
+    let fitted = problem.fit(Schedule::default())?;
     for other in &fitted.candidates {
         let (name, fit) = (other.candidate.name(), &other.fit);
         println!("{name}: {}, misfit {:.2}, ln evidence {:.1}", fit.verdict, fit.misfit, fit.log_evidence);

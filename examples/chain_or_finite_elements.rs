@@ -42,16 +42,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let reference = velocity(&finite_elements)?;
-    let rungs =
+    let fidelities =
         [("chain".to_owned(), velocity(&chain)?), (format!("{:.1} % stiffer", 100.0 * excess), velocity(&stiffer)?)];
     println!("velocity of the last bead, m/s");
-    println!("{:>8}{:>18}{:>10}{:>16}", "us", "finite elements", rungs[0].0, rungs[1].0);
+    println!("{:>8}{:>18}{:>10}{:>16}", "us", "finite elements", fidelities[0].0, fidelities[1].0);
     for index in (60..500).step_by(20) {
         let time = reference.time(index);
-        let [chain, stiffer] = [&rungs[0].1, &rungs[1].1].map(|series| series.values[index]);
+        let [chain, stiffer] = [&fidelities[0].1, &fidelities[1].1].map(|series| series.values[index]);
         println!("{:8.1}{:18.4}{chain:10.4}{stiffer:16.4}", 1e6 * time, reference.values[index]);
     }
-    for (name, series) in &rungs {
+    for (name, series) in &fidelities {
         let distances = WINDOWS.map(|window| {
             let (from, to) = window;
             format!("{:.1} % in {:.0}-{:.0} us", 100.0 * distance(series, &reference, window), 1e6 * from, 1e6 * to)

@@ -2,14 +2,14 @@
 //!
 //! Writes `measurements/twin-levels/{full,half,quarter}/`: at each level a horn-tip record and the velocity of the last bead that six
 //! beads on the annulus answer with, at one α and one c for all, every shot with gaps, noise, offset and trigger of its own. As in
-//! `make_twin` the velocity is driven by the *recorded* horn motion, because that is what a calibration replays.
+//! `make_synthetic` the velocity is driven by the *recorded* horn motion, because that is what a calibration replays.
 //!
 //! `cargo run --release --example make_level_twins [-- DIR]`
 
 use std::{error::Error, fmt::Write, fs, path::PathBuf};
 
 use granchain::{
-    calibration::twin::{at_level, horn_tip_csv, vibrometer_csv},
+    calibration::synthetic::{at_level, horn_tip_csv, vibrometer_csv},
     measurement::{Baseline, ReadOptions, RecordKind, read_record},
     model, scene,
     signal::{Conditioning, Series},
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let root = std::env::args().nth(1).map_or_else(|| PathBuf::from("measurements/twin-levels"), PathBuf::from);
     let bench = scene::load("annulus", &["duration=800us".into()])?;
     let samples = ((PRE_TRIGGER + bench.duration) / SAMPLE_STEP).round() as usize;
-    let mut told = format!(
+    let mut given = format!(
         "# What the twins were made with; a calibration of all three records must find it again.\n\
          scene = \"annulus\"\nalpha = {ALPHA}\ndamping = \"{DAMPING} N s/m\"\nnoise_relative = {VELOCITY_NOISE}\n\
          velocity_offset = \"{} mm/s\"\nhorn_offset = \"{:.0} nm\"\n",
@@ -96,9 +96,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             "bandwidth: 1 MHz".to_owned(),
         ];
         fs::write(folder.join("vib.csv"), vibrometer_csv(&velocity, &comments))?;
-        write!(told, "\n[{name}]\ndrive_level = {level}\ntrigger_late = \"{:.2} us\"\n", late * 1e6)?;
+        write!(given, "\n[{name}]\ndrive_level = {level}\ntrigger_late = \"{:.2} us\"\n", late * 1e6)?;
     }
-    fs::write(root.join("truth.toml"), told)?;
+    fs::write(root.join("truth.toml"), given)?;
     println!("written to {}", root.display());
     Ok(())
 }

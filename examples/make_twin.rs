@@ -9,7 +9,7 @@
 use std::{error::Error, fs, path::PathBuf};
 
 use granchain::{
-    calibration::twin::{horn_tip_csv, vibrometer_csv},
+    calibration::synthetic::{horn_tip_csv, vibrometer_csv},
     measurement::{Baseline, ReadOptions, RecordKind, read_record},
     model, scene,
     signal::{Conditioning, Series},
@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "bandwidth: 1.5 MHz".to_owned(),
     ];
     fs::write(folder.join("vib.csv"), vibrometer_csv(&velocity, &comments))?;
-    let told = format!(
+    let given = format!(
         "# What the twin was made with; a calibration of vib.csv must find it again.\n\
          scene = \"annulus\"\nalpha = {ALPHA}\ndamping = \"{DAMPING} N s/m\"\nnoise_relative = {VELOCITY_NOISE}\n\
          velocity_offset = \"{} mm/s\"\nhorn_offset = \"{:.0} nm\"\ntrigger_late = \"{:.1} us\"\n",
@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         HORN_OFFSET * 1e9,
         TRIGGER_LATE * 1e6,
     );
-    fs::write(folder.join("truth.toml"), told)?;
+    fs::write(folder.join("truth.toml"), given)?;
     println!("written to {}", folder.display());
     Ok(())
 }

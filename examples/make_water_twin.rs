@@ -11,7 +11,7 @@ use std::{error::Error, fs, path::PathBuf};
 use granchain::{
     calibration::{
         engine::trace,
-        twin::{horn_tip_csv, hydrophone_csv},
+        synthetic::{horn_tip_csv, hydrophone_csv},
     },
     feature::Measurand,
     measurement::{Baseline, ReadOptions, RecordKind, read_record},
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for gap in &mut truth.chain.gaps {
         *gap = LARGEST_GAP * normal().abs();
     }
-    let heard = trace(model::run(&truth, &mut |_| true)?, Measurand::Pressure)?;
+    let pressure_metrics = trace(model::run(&truth, &mut |_| true)?, Measurand::Pressure)?;
     let lab = Conditioning {
         bandwidth: Some(2e6),
         delay: TRIGGER_LATE,
@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         step: SAMPLE_STEP,
         count: samples + 1,
     };
-    let mut pressure = lab.apply(&heard);
+    let mut pressure = lab.apply(&pressure_metrics);
     let noise = PRESSURE_NOISE * pressure.peak();
     for value in &mut pressure.values {
         *value += PRESSURE_OFFSET + noise * normal();
@@ -85,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "bandwidth: 2 MHz".to_owned(),
     ];
     fs::write(folder.join("hydrophone.csv"), hydrophone_csv(&pressure, &comments))?;
-    let told = format!(
+    let given = format!(
         "# What the twin was made with; a calibration of hydrophone.csv must find it again.\n\
          scene = \"water\"\nalpha = {ALPHA}\ndamping = \"{DAMPING} N s/m\"\nmount = \"{MOUNT}\"\nnoise_relative = {PRESSURE_NOISE}\n\
          pressure_offset = \"{} Pa\"\nhorn_offset = \"{:.0} nm\"\ntrigger_late = \"{:.1} us\"\n",
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         HORN_OFFSET * 1e9,
         TRIGGER_LATE * 1e6,
     );
-    fs::write(folder.join("truth.toml"), told)?;
+    fs::write(folder.join("truth.toml"), given)?;
     println!("written to {}", folder.display());
     Ok(())
 }

@@ -19,7 +19,7 @@ const LAWS: [(&str, &str); 2] = [("linear", "0.3 N s/m"), ("kuwabara-kono", "366
 const RATIOS: [&str; 3] = ["ratio_1/3", "ratio_1/2", "ratio_2/3"];
 const LEVELS: [f64; 7] = [0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5];
 /// Perturbed runs a level.
-const MEMBERS: usize = 8;
+const REPLICATES: usize = 8;
 /// Ratio to the drive line above which a line is named.
 const NAMED: f64 = 0.05;
 
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for alpha in LEVELS {
             let overrides =
                 [format!("alpha={alpha}"), format!("damping.kind={law}"), format!("damping.coefficient={coefficient}")];
-            let outcome = ensemble::run(&scene::load("annulus", &overrides)?, &EnsemblePlan::new(MEMBERS, 1))?;
+            let outcome = ensemble::run(&scene::load("annulus", &overrides)?, &EnsemblePlan::new(REPLICATES, 1))?;
             print!("  {alpha:>5}");
             let mut strongest = ("none", NAMED);
             for ratio in RATIOS {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::failure::StudyError;
-use granchain_calibration::predict::members::Watch;
+use granchain_calibration::predict::replicates::Watch;
 
 /// A study that falls into numbered points.
 pub trait Divided: Sync {

@@ -29,16 +29,16 @@ pub(super) fn reasons(portraits: &[Result<Portrait, String>]) -> Vec<String> {
     portraits.iter().filter_map(|portrait| portrait.as_ref().err().cloned()).collect()
 }
 
-/// The moments, where at least two members had a positive peak.
+/// The moments, where at least two replicates had a positive peak.
 pub(super) fn enough(
     moments: PortraitMoments,
-    members: &[Result<Portrait, String>],
+    replicates: &[Result<Portrait, String>],
     what: impl Fn() -> String,
 ) -> Result<PortraitMoments, StudyError> {
     if moments.get(Trait::PositivePeak).is_some() {
         return Ok(moments);
     }
-    let failures = reasons(members);
+    let failures = reasons(replicates);
     let first = failures.first().cloned().unwrap_or_default();
-    Err(StudyError::Failed { what: what(), runs: members.len(), failed: failures.len(), first })
+    Err(StudyError::Failed { what: what(), runs: replicates.len(), failed: failures.len(), first })
 }

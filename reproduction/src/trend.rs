@@ -16,8 +16,8 @@ use crate::{
 use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD},
-    members::{self, Watch, perturbations},
     observation,
+    replicates::{self, Watch, perturbations},
 };
 use granchain_model::scene::Scene;
 use granchain_signal::{
@@ -33,7 +33,8 @@ pub const SPECTRUM_POINTS: usize = 260;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TrendPlan {
     /// Perturbed runs, ≥ 2.
-    pub members: usize,
+    #[serde(rename = "members")]
+    pub replicates: usize,
     pub seed: u64,
 }
 
@@ -90,8 +91,8 @@ impl<V: Varied> Study<V> {
     /// # Errors
     /// [`StudyError::TooFew`], [`StudyError::Scene`].
     pub fn new(plan: TrendPlan, given: &[String], bodies: Bodies) -> Result<Self, StudyError> {
-        if plan.members < 2 {
-            return Err(StudyError::TooFew { what: "members", least: 2, found: plan.members });
+        if plan.replicates < 2 {
+            return Err(StudyError::TooFew { what: "members", least: 2, found: plan.replicates });
         }
         let overrides = V::overrides(given)?;
         let scene = LAWS[0].scene(&overrides)?;
@@ -124,7 +125,7 @@ impl<V: Varied> Divided for Study<V> {
     }
 
     fn runs_of(&self, _point: usize) -> usize {
-        self.plan.members
+        self.plan.replicates
     }
 
     fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<TrendPoint>, StudyError> {
@@ -146,12 +147,12 @@ impl<V: Varied> Study<V> {
         let clean = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
         let decoder = Decoder::of_reconstruction(plan.seed);
         let noisy = decoder.settings(&clean);
-        let variations = perturbations(&scene, &EnsemblePlan::new(plan.members, plan.seed));
+        let variations = perturbations(&scene, &EnsemblePlan::new(plan.replicates, plan.seed));
         let see = |index, velocity: &Series| {
             let velocity = decoder.sees(velocity, index);
             Ok((Portrait::of(&velocity, &noisy)?, bands(&velocity, &noisy)?))
         };
-        let outcomes = members::run(bodies, &scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
+        let outcomes = replicates::run(bodies, &scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
             .map_err(|source| StudyError::Run { what: what(), source })?;
         if watch.stop() {
             return Err(StudyError::Stopped);

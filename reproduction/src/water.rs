@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{divided::Divided, failure::StudyError};
-use granchain_calibration::predict::{Bodies, members::Watch, observation};
+use granchain_calibration::predict::{Bodies, observation, replicates::Watch};
 use granchain_model::{
     response::Response,
     scene::{self, Scene},
@@ -54,7 +54,8 @@ const TIP_MASSES: usize = 5;
 pub struct WaterPlan {
     pub drives_m: Vec<f64>,
     /// Runs at each drive over ±2 %, ≥ 3.
-    pub members: usize,
+    #[serde(rename = "members")]
+    pub replicates: usize,
     /// Side of the acoustic elements of the soft baffle, m.
     pub soft_side_m: f64,
 }
@@ -63,13 +64,13 @@ impl WaterPlan {
     /// Everything: five runs at five drives.
     #[must_use]
     pub fn whole() -> Self {
-        Self { drives_m: vec![0.3e-6, 0.5e-6, 1e-6, 2e-6, PRINTED_DRIVE], members: 5, soft_side_m: 0.05e-3 }
+        Self { drives_m: vec![0.3e-6, 0.5e-6, 1e-6, 2e-6, PRINTED_DRIVE], replicates: 5, soft_side_m: 0.05e-3 }
     }
 
     /// A first look: three runs, coarse elements.
     #[must_use]
     pub fn quick() -> Self {
-        Self { members: 3, soft_side_m: 0.1e-3, ..Self::whole() }
+        Self { replicates: 3, soft_side_m: 0.1e-3, ..Self::whole() }
     }
 }
 
@@ -210,8 +211,8 @@ impl Study {
     /// # Errors
     /// [`StudyError::TooFew`], [`StudyError::Scene`].
     pub fn new(plan: WaterPlan, overrides: &[String], bodies: Bodies) -> Result<Self, StudyError> {
-        if plan.members < 3 {
-            return Err(StudyError::TooFew { what: "members", least: 3, found: plan.members });
+        if plan.replicates < 3 {
+            return Err(StudyError::TooFew { what: "members", least: 3, found: plan.replicates });
         }
         if plan.drives_m.len() < 2 {
             return Err(StudyError::TooFew { what: "drives", least: 2, found: plan.drives_m.len() });
@@ -264,10 +265,10 @@ impl Study {
         besides: &[String],
         watch: &dyn Watch,
     ) -> Result<Vec<Cell>, StudyError> {
-        let members = &self.plan.members;
+        let replicates = &self.plan.replicates;
         let scenes = drives_m
             .iter()
-            .flat_map(|drive| (0..*members).map(move |member| drive * spread(member, *members)))
+            .flat_map(|drive| (0..*replicates).map(move |replicate| drive * spread(replicate, *replicates)))
             .map(|drive| Ok((drive, scene_of(&self.plan, &self.overrides, combination, drive, besides)?)))
             .collect::<Result<Vec<_>, StudyError>>()?;
         let what = || format!("disc {}, baffle {}", combination.rim, combination.baffle);
@@ -284,7 +285,7 @@ impl Study {
         if watch.stop() {
             return Err(StudyError::Stopped);
         }
-        Ok(drives_m.iter().zip(runs.chunks(*members)).map(|(drive, runs)| Cell::of(*drive, runs)).collect())
+        Ok(drives_m.iter().zip(runs.chunks(*replicates)).map(|(drive, runs)| Cell::of(*drive, runs)).collect())
     }
 
     fn waveform(&self, combination: Combination, drive: f64, besides: &[String]) -> Result<Waveform, StudyError> {
@@ -323,7 +324,7 @@ impl Divided for Study {
 
     fn runs_of(&self, point: usize) -> usize {
         let drives = if point <= combinations().len() { self.plan.drives_m.len() } else { 1 };
-        drives * self.plan.members
+        drives * self.plan.replicates
     }
 
     fn part(&self, part: Range<usize>, watch: &dyn Watch) -> Result<Vec<Vec<Cell>>, StudyError> {
@@ -396,9 +397,9 @@ fn scene_of(
     Ok(scene::load("water", &overrides)?)
 }
 
-/// Factor on the drive of a member: evenly over 1 ± [`DRIVE_SPREAD`].
-fn spread(member: usize, members: usize) -> f64 {
-    1.0 + DRIVE_SPREAD * (2.0 * member as f64 / (members - 1) as f64 - 1.0)
+/// Factor on the drive of a replicate: evenly over 1 ± [`DRIVE_SPREAD`].
+fn spread(replicate: usize, replicates: usize) -> f64 {
+    1.0 + DRIVE_SPREAD * (2.0 * replicate as f64 / (replicates - 1) as f64 - 1.0)
 }
 
 /// How the pressure of a scene is measured: spectra where the envelope of its drive exceeds half its peak.

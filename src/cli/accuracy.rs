@@ -41,7 +41,7 @@ pub struct Arguments {
 }
 
 /// Perturbed copies for the chaos floor.
-const MEMBERS: usize = 24;
+const REPLICATES: usize = 24;
 
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let Arguments { scene, set, full, stored, output, session } = arguments;
@@ -58,7 +58,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let program = summary::program();
     let (seed, limits) = (session.seed(), session.limits());
-    let plan = AccuracyPlan { scene, sets: set, full, members: MEMBERS, seed, limits, program };
+    let plan = AccuracyPlan { scene, sets: set, full, replicates: REPLICATES, seed, limits, program };
     let ready = Study::new(plan)?;
     let folder = output.stage(&page_results("accuracy.json"))?;
     timing.stage("read");

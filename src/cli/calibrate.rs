@@ -36,8 +36,8 @@ use crate::{
         Problem,
         drive::Input,
         fit::{FitError, Verdict},
+        recorded_run::labels,
         refusal::Refusal,
-        shot::labels,
     },
     measurement::read_back::{SMALL, read_back},
     scene::Scene,
@@ -234,7 +234,7 @@ fn ended(error: Refusal) -> anyhow::Error {
 
 /// Which model was chosen by default, for the terminal.
 fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
-    if problem.shots.len() > 1 {
+    if problem.recorded_runs.len() > 1 {
         return Ok(Some("model `chain`: several records are searched and answered on the chain".into()));
     }
     Ok(problem.lead().bench.model_taken()?)
@@ -242,7 +242,11 @@ fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
 
 /// The records of a problem: path and digest.
 fn records(problem: &Problem) -> Vec<(&Path, &str)> {
-    problem.shots.iter().map(|shot| (shot.measured.path(), shot.measured.sha256())).collect()
+    problem
+        .recorded_runs
+        .iter()
+        .map(|recorded_run| (recorded_run.measured.path(), recorded_run.measured.sha256()))
+        .collect()
 }
 
 /// The usual folder, or `NAME-2`, `NAME-3` … where it holds the fit of other records of that name.

@@ -28,7 +28,7 @@ use crate::{
     calibration::{plan::Likelihood, search::Search},
     report::page::Table,
     validate::{
-        laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryTwin, NAMES, Setting, laboratory},
+        laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryRecord, NAMES, Setting, laboratory},
         page::laboratory::{LaboratoryReport, tables},
     },
 };
@@ -102,7 +102,7 @@ struct CoverageSummary<'a> {
     program: String,
     plan: &'a LaboratoryPlan,
     count: &'a LaboratoryCount,
-    records: &'a [LaboratoryTwin],
+    records: &'a [LaboratoryRecord],
 }
 
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
@@ -163,10 +163,10 @@ impl Study {
     }
 
     /// Make, write, read and fit the records `part`, the files of each kept in `kept` where there is such a folder.
-    fn outcomes(&self, part: Range<usize>, kept: Option<&OutputFolder>) -> anyhow::Result<Vec<LaboratoryTwin>> {
+    fn outcomes(&self, part: Range<usize>, kept: Option<&OutputFolder>) -> anyhow::Result<Vec<LaboratoryRecord>> {
         let bar = progress::bar(&self.session, part.len() as u64, "records");
         let unwritten = Mutex::new(None);
-        let keep = |record: &LaboratoryTwin, files: Option<&Files>| {
+        let keep = |record: &LaboratoryRecord, files: Option<&Files>| {
             if let (Some(folder), Some(files)) = (kept, files)
                 && let Err(error) = keep(folder, &self.plan, &record.setting, files)
             {
@@ -190,7 +190,7 @@ impl Study {
         self.conclude(&records, folder)
     }
 
-    fn conclude(mut self, records: &[LaboratoryTwin], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+    fn conclude(mut self, records: &[LaboratoryRecord], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
         let Self { plan, session, timing, .. } = &mut self;
         let count = LaboratoryCount::of(records);
         let summary = CoverageSummary { program: summary::program(), plan, count: &count, records };
@@ -243,7 +243,7 @@ fn keep(folder: &OutputFolder, plan: &LaboratoryPlan, setting: &Setting, files: 
     let definition = format!(
         "# {}; fitted by: granchain calibrate --plan {place}/plan.toml --drive-frequency {}Hz\n{}",
         setting.condition.words(),
-        setting.told_frequency_hz,
+        setting.given_frequency_hz,
         toml::to_string(&plan.definition(setting))?
     );
     folder.write(format!("{place}/plan.toml"), definition)?;
@@ -268,7 +268,7 @@ fn aligned(table: &Table) -> String {
     text
 }
 
-fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryTwin]) -> LaboratoryReport {
+fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryRecord]) -> LaboratoryReport {
     let names: Vec<&str> = plan.conditions.iter().map(|condition| condition.name()).collect();
     let all = plan.conditions.len() == Condition::all().len();
     let density = plan.mesh_density.map_or_else(String::new, |density| format!(" --mesh-density {density}"));
@@ -287,7 +287,7 @@ fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryTwi
         ),
         conditions: plan.conditions.iter().map(|it| (it.name().to_owned(), it.words().to_owned())).collect(),
         count: count.clone(),
-        twins: records.to_vec(),
+        synthetics: records.to_vec(),
         version: env!("CARGO_PKG_VERSION").into(),
         seed: plan.seed,
         command_line: format!(

@@ -24,14 +24,14 @@ struct Findings {
     cores: usize,
     /// Threads that a run takes.
     threads: usize,
-    cache: Option<Kept>,
+    cache: Option<CacheFolder>,
     /// What should be put right.
     warnings: Vec<String>,
 }
 
 /// The folder of reduced bodies.
 #[derive(Debug, Serialize)]
-struct Kept {
+struct CacheFolder {
     folder: String,
     bodies: usize,
     bytes: u64,
@@ -69,14 +69,14 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// What is kept in a folder, and whether more can be.
-fn kept(folder: &Path) -> Kept {
+fn kept(folder: &Path) -> CacheFolder {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let sizes: Vec<u64> =
         files.filter_map(|file| file.metadata().ok().filter(|it| it.is_file())).map(|it| it.len()).collect();
     // The folder is made when first needed: then its nearest ancestor decides.
     let nearest = folder.ancestors().find(|path| path.is_dir());
     let writable = nearest.is_some_and(|path| tempfile::tempfile_in(path).is_ok());
-    Kept { folder: folder.display().to_string(), bodies: sizes.len(), bytes: sizes.iter().sum(), writable }
+    CacheFolder { folder: folder.display().to_string(), bodies: sizes.len(), bytes: sizes.iter().sum(), writable }
 }
 
 impl fmt::Display for Findings {
@@ -86,7 +86,7 @@ impl fmt::Display for Findings {
         writeln!(f, "  {:<12}{processor}, {system}", "processor")?;
         writeln!(f, "  {:<12}{threads} on {cores} cores", "threads")?;
         match cache {
-            Some(Kept { folder, bodies, bytes, .. }) => {
+            Some(CacheFolder { folder, bodies, bytes, .. }) => {
                 writeln!(f, "  {:<12}{folder}: {bodies} reduced bodies, {:.1} MB", "cache", 1e-6 * *bytes as f64)?;
             }
             None => writeln!(f, "  {:<12}none", "cache")?,

@@ -80,7 +80,7 @@ fn assemble(
         if arguments.scene.is_none() {
             overrides.extend(calibration.own_overrides.iter().cloned());
         } else {
-            let fitted = |told: &&String| sets(told, "alpha") || told.starts_with("damping.");
+            let fitted = |given: &&String| sets(given, "alpha") || given.starts_with("damping.");
             overrides.extend(calibration.own_overrides.iter().filter(fitted).cloned());
         }
         assumptions.push(format!("{} from {}", calibration.overrides.join(", "), calibration.input.path.display()));

@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{arguments::Session, interrupt};
-use crate::study::members::Watch;
+use crate::study::replicates::Watch;
 
 /// A bar that counts what a study has done; Ctrl-C stops the study.
 pub struct Bar(pub ProgressBar);

@@ -31,7 +31,7 @@ use crate::{
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws},
     report::{hydrophone, replay::ReplayReport},
-    response::{EnergyLedger, ObservedPoint, Response, SolverWork, write_csv},
+    response::{EnergyBalance, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, ModelKind, Scene, Support, effects},
     study::{
         Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation,
@@ -87,7 +87,7 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pressure: Vec<PressureAt>,
     /// Where the work of the piston went.
-    pub energy: EnergyLedger,
+    pub energy: EnergyBalance,
     /// What the run cost, in counts.
     pub work: SolverWork,
     /// Contact laws fitted to the bodies, with their errors, where the chain has such.
@@ -130,7 +130,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     field::refuse_idle(&arguments.field, &scene)?;
     let Arguments { analysis, output, session, .. } = &arguments;
     Estimate::of(&scene).check(&scene.model.limits)?;
-    let plan = arguments.ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
+    let plan = arguments.ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
     if let Some(plan) = &plan {
         plan.estimate(&scene, ensemble::STEPS_PER_PERIOD).check(&scene.model.limits)?;
     }

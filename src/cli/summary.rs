@@ -484,7 +484,7 @@ pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
     let plan = &outcome.plan;
     let mut text = format!(
         "\nEnsemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)\n",
-        plan.members,
+        plan.replicates,
         significant(1e9 * plan.gap_jitter_m, 2),
         significant(100.0 * plan.drive_jitter, 2),
         outcome.failures.len()

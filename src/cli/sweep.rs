@@ -117,7 +117,7 @@ impl Study {
         for warning in bench.warnings() {
             session.note(format_args!("warning: {warning}"));
         }
-        let ensemble = ensemble.map(|members| EnsemblePlan::new(members as usize, session.seed()));
+        let ensemble = ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
         refuse_excess(&bench, &base, &grid, ensemble.as_ref())?;
         timing.stage("read");
         let bodies = Bodies::new(session.cache());

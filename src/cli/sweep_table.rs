@@ -61,7 +61,7 @@ impl Runs for RunIndex {
 
 /// What is held of the runs of a sweep.
 #[derive(Default)]
-struct Seen {
+struct SweepSummary {
     runs: usize,
     failed: usize,
     /// Those that leave more energy unaccounted for than they may without a warning.
@@ -81,7 +81,7 @@ pub struct SweepTable<'a> {
     pub grid: &'a Grid,
     runs: &'a dyn Runs,
     /// What one pass over it showed.
-    seen: Seen,
+    seen: SweepSummary,
     /// What the source paper prints of this scene.
     pub published: Option<Published>,
     /// Whether each point has an ensemble.
@@ -105,14 +105,14 @@ impl<'a> SweepTable<'a> {
     ) -> anyhow::Result<Self> {
         let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
         let swept = grid.axes.iter().position(is_number);
-        let mut seen = Seen { slices: swept.map(|axis| (axis, Vec::new())), ..Seen::default() };
+        let mut seen = SweepSummary { slices: swept.map(|axis| (axis, Vec::new())), ..SweepSummary::default() };
         let stride = grid.len().div_ceil(MOST_SHOWN);
         runs.each(&mut |index, run| {
             seen.runs += 1;
             seen.failed += usize::from(matches!(run, Run::Failed { .. }));
             let share = if let Run::Finished { energy_residual, .. } = run { *energy_residual } else { 0.0 };
             seen.unbalanced += usize::from(share.abs() > SMALL_RESIDUAL);
-            seen.has_water |= matches!(run, Run::Finished { heard: Some(_), .. });
+            seen.has_water |= matches!(run, Run::Finished { pressure_metrics: Some(_), .. });
             if index < MOST_ROWS {
                 seen.first.push(run.clone());
             }
@@ -144,7 +144,7 @@ impl<'a> SweepTable<'a> {
 
     /// What a reader must know of the energy of the runs.
     pub fn energy_warning(&self) -> Option<String> {
-        let Seen { runs, unbalanced, .. } = self.seen;
+        let SweepSummary { runs, unbalanced, .. } = self.seen;
         (unbalanced > 0).then(|| {
             format!(
                 "{unbalanced} of {runs} runs leave more than {:.0} % of their largest energy unaccounted for (`energy_residual` in sweep.json); shorten \
@@ -176,7 +176,7 @@ impl<'a> SweepTable<'a> {
         self.runs.each(&mut |index, run| {
             let mut cells: Vec<String> = self.grid.values(index).into_iter().map(|value| value.to_string()).collect();
             match run {
-                Run::Finished { observation, heard, ensemble, .. } => {
+                Run::Finished { observation, pressure_metrics, ensemble, .. } => {
                     cells.push("done".into());
                     for (at, value) in observation.0.iter().enumerate() {
                         cells.push(number(*value));
@@ -189,10 +189,12 @@ impl<'a> SweepTable<'a> {
                         }
                     }
                     if has_water {
-                        let own = |pick: fn(&PressureMetrics) -> Option<f64>| number(heard.as_ref().and_then(pick));
-                        cells.push(own(|heard| Some(heard.positive_peak_pa)));
-                        cells.push(own(|heard| Some(heard.negative_peak_pa)));
-                        cells.push(own(|heard| heard.level_at_950_khz_db));
+                        let own = |pick: fn(&PressureMetrics) -> Option<f64>| {
+                            number(pressure_metrics.as_ref().and_then(pick))
+                        };
+                        cells.push(own(|pressure_metrics| Some(pressure_metrics.positive_peak_pa)));
+                        cells.push(own(|pressure_metrics| Some(pressure_metrics.negative_peak_pa)));
+                        cells.push(own(|pressure_metrics| pressure_metrics.level_at_950_khz_db));
                     }
                     cells.push(String::new());
                 }
@@ -248,7 +250,7 @@ impl<'a> SweepTable<'a> {
             .map(|(axis, value)| (axis.key.clone(), json!(value)))
             .collect();
         match run {
-            Run::Finished { observation, heard, energy_residual, ensemble } => {
+            Run::Finished { observation, pressure_metrics, energy_residual, ensemble } => {
                 let features: Map<String, Json> = watched()
                     .into_iter()
                     .zip(&observation.0)
@@ -258,8 +260,8 @@ impl<'a> SweepTable<'a> {
                     "values": values, "status": "done", "features": features, "energy_residual": energy_residual,
                     "ensemble": ensemble.as_ref().map(EnsembleTable::new),
                 });
-                if let Some(heard) = heard {
-                    point["pressure"] = json!(heard);
+                if let Some(pressure_metrics) = pressure_metrics {
+                    point["pressure"] = json!(pressure_metrics);
                 }
                 point
             }
@@ -357,9 +359,15 @@ impl<'a> SweepTable<'a> {
                 let points = members.iter().filter_map(|member| self.pressure_point(member, swept, pick)).collect();
                 SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference: None }
             };
-            curves.push(curve("Peak pressure", "positive", "Pa", |heard| Some(heard.positive_peak_pa)));
-            curves.push(curve("Peak pressure", "negative", "Pa", |heard| Some(heard.negative_peak_pa)));
-            curves.push(curve("Level at 0.95 MHz re the drive", "", "dB", |heard| heard.level_at_950_khz_db));
+            curves.push(curve("Peak pressure", "positive", "Pa", |pressure_metrics| {
+                Some(pressure_metrics.positive_peak_pa)
+            }));
+            curves.push(curve("Peak pressure", "negative", "Pa", |pressure_metrics| {
+                Some(pressure_metrics.negative_peak_pa)
+            }));
+            curves.push(curve("Level at 0.95 MHz re the drive", "", "dB", |pressure_metrics| {
+                pressure_metrics.level_at_950_khz_db
+            }));
         }
         SweepReport {
             name,
@@ -382,8 +390,8 @@ impl<'a> SweepTable<'a> {
         pick: fn(&PressureMetrics) -> Option<f64>,
     ) -> Option<SweepPoint> {
         let Value::Number(position) = self.grid.values(*index)[swept] else { return None };
-        let Run::Finished { heard, .. } = run else { return None };
-        Some(SweepPoint { at: *position, value: pick(heard.as_ref()?)?, scatter: None })
+        let Run::Finished { pressure_metrics, .. } = run else { return None };
+        Some(SweepPoint { at: *position, value: pick(pressure_metrics.as_ref()?)?, scatter: None })
     }
 
     fn curve_point(&self, (index, run): &(usize, Run), swept: usize, at: usize) -> Option<SweepPoint> {
@@ -397,8 +405,8 @@ impl<'a> SweepTable<'a> {
     /// A table for people: peaks in mm/s and the ratios of the subharmonics.
     pub fn text(&self, written: bool) -> String {
         let has_water = self.has_water();
-        let heard: &[&str] = if has_water { &["+ kPa", "- kPa", "dB"] } else { &[] };
-        let heads = ["+ mm/s", "- mm/s", "1/3", "1/2", "2/3"].iter().chain(heard);
+        let pressure_metrics: &[&str] = if has_water { &["+ kPa", "- kPa", "dB"] } else { &[] };
+        let heads = ["+ mm/s", "- mm/s", "1/3", "1/2", "2/3"].iter().chain(pressure_metrics);
         let shown = self.seen.first.len();
         let values: Vec<Vec<String>> =
             (0..shown).map(|index| self.grid.values(index).iter().map(ToString::to_string).collect()).collect();
@@ -419,8 +427,8 @@ impl<'a> SweepTable<'a> {
         for (run, values) in self.seen.first.iter().zip(&values) {
             row(&mut text, &values.iter().map(String::as_str).collect::<Vec<_>>());
             match run {
-                Run::Finished { observation, heard, .. } => {
-                    let pressure = heard.as_ref().map(pressure_cells).into_iter().flatten();
+                Run::Finished { observation, pressure_metrics, .. } => {
+                    let pressure = pressure_metrics.as_ref().map(pressure_cells).into_iter().flatten();
                     let cells = velocity_cells(Some(observation)).into_iter().chain(pressure);
                     cells.for_each(|cell| text.push_str(&format!("{cell:>NUMBER$}")));
                 }

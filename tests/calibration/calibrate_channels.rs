@@ -37,10 +37,10 @@ fn dry_run(folder: &Path, arguments: &[&str]) -> (String, String) {
 fn two_channels_of_one_file_are_the_two_files() {
     let place = tempfile::tempdir().unwrap();
     let at = |name: &str| place.path().join(name);
-    let twin = format!("{PROJECT}/measurements/twin-annulus/vib.csv");
+    let synthetic = format!("{PROJECT}/measurements/twin-annulus/vib.csv");
     // The synthetic record's files state a bandwidth; the scope's do not.
     let bandwidth = ["--read", "bandwidth=1.5MHz"];
-    let (apart, _) = dry_run(place.path(), &["--measured", &twin]);
+    let (apart, _) = dry_run(place.path(), &["--measured", &synthetic]);
 
     fs::write(at("scope.csv"), scope(["CH2", "CH1"])).unwrap();
     let flags =

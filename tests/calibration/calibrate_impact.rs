@@ -5,7 +5,7 @@ use std::{fmt::Write as _, fs, path::Path};
 use serde_json::Value;
 
 use crate::harness::granchain;
-use granchain::validate::impact::{ImpactCount, impact_twins};
+use granchain::validate::impact::{ImpactCount, impact_synthetic};
 
 /// Hits on a column of the impact bench at a modulus of 120 MPa and a loss of 50 µs, one for each velocity (m/s): files of a sensor of some gain.
 fn hits(folder: &Path, gain: f64, velocities: &[f64]) -> Vec<String> {
@@ -152,15 +152,15 @@ fn what_cannot_be_fitted_is_refused_with_its_place() {
 
 #[test]
 fn a_few_synthetic_columns_are_fitted_and_none_is_called_inconsistent() {
-    let count = ImpactCount::of(&impact_twins(0..4, 11).unwrap());
+    let count = ImpactCount::of(&impact_synthetic(0..4, 11).unwrap());
     assert!(count.outside == 0 && count.held.iter().all(|held| *held >= 3), "{count:?}");
 }
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
 fn ninety_per_cent_intervals_of_modulus_and_loss_cover_the_truth() {
-    let twins: Vec<_> = [1, 2, 3].iter().flat_map(|seed| impact_twins(0..40, *seed).unwrap()).collect();
-    let count = ImpactCount::of(&twins);
+    let synthetics: Vec<_> = [1, 2, 3].iter().flat_map(|seed| impact_synthetic(0..40, *seed).unwrap()).collect();
+    let count = ImpactCount::of(&synthetics);
     // 33 of 40, over three seeds: with a true coverage of 0.9 fewer than 99 of 120 happen in 1 % of all.
     assert!(count.held.iter().all(|held| *held >= 99), "{count:?}");
     assert!(count.outside <= 3 && count.widths[0] < 0.3, "{count:?}");

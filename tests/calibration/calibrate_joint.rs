@@ -6,7 +6,7 @@ use crate::{
     calibrate_bench::{ALPHA, Bench, DAMPING, table},
     harness::{code, stderr},
 };
-use granchain::{calibration::twin::at_level, model, scene};
+use granchain::{calibration::synthetic::at_level, model, scene};
 use serde_json::Value;
 
 /// The bench with a second record at half the drive level, and the override that says so.
@@ -165,23 +165,23 @@ fn what_cannot_be_fitted_together_is_a_usage_error() {
 }
 
 /// Four shots of the bench with gaps of their own, the level of the drive `drift` lower from each to the next.
-fn shots(bench: &Bench, drift: f64) {
+fn recorded_runs(bench: &Bench, drift: f64) {
     fs::create_dir_all(bench.path("shots")).unwrap();
-    for (shot, gaps) in
+    for (recorded_run, gaps) in
         ["[1e-10, 4e-10, 2e-10]", "[3e-10, 0, 1e-10]", "[2e-10, 1e-10, 5e-10]", "[0, 2e-10, 2e-10]"].iter().enumerate()
     {
-        let level = format!("alpha={}", ALPHA * (1.0 - drift * shot as f64));
+        let level = format!("alpha={}", ALPHA * (1.0 - drift * recorded_run as f64));
         let scene =
             scene::load(bench.path("bench.toml").to_str().unwrap(), &[format!("chain.gaps={gaps}"), level]).unwrap();
         let made = model::run(&scene, &mut |_| true).unwrap();
         // The noise of each is another part of one sequence.
-        let noise = 3.0 + 1e-3 * shot as f64;
-        bench.write(&format!("shots/{shot}.csv"), table("velocity_mm_per_s", &made.pole_velocity, 1e3, noise));
+        let noise = 3.0 + 1e-3 * recorded_run as f64;
+        bench.write(&format!("shots/{recorded_run}.csv"), table("velocity_mm_per_s", &made.pole_velocity, 1e3, noise));
     }
 }
 
 #[test]
-fn shots_of_one_experiment_narrow_what_differs_between_them_and_show_its_drift() {
+fn recorded_of_one_experiment_narrow_what_differs_between_them_and_show_its_drift() {
     let bench = Bench::new();
     let fitted = |records: &[&str], out: &str| {
         let command =
@@ -191,7 +191,7 @@ fn shots_of_one_experiment_narrow_what_differs_between_them_and_show_its_drift()
         bench.outcome(out)
     };
     let all = ["shots/0.csv", "shots/1.csv", "shots/2.csv", "shots/3.csv"];
-    shots(&bench, 0.0);
+    recorded_runs(&bench, 0.0);
     let (one, four) = (fitted(&all[..1], "one"), fitted(&all, "four"));
     assert!(four["assumptions"].to_string().contains("4 shots of one experiment"), "{}", four["assumptions"]);
     let ratio = |name: &str| width(&four["parameters"][name]) / width(&one["parameters"][name]);
@@ -200,7 +200,7 @@ fn shots_of_one_experiment_narrow_what_differs_between_them_and_show_its_drift()
     assert!(alpha > 3.29 * 0.00289 && ratio("alpha") < 0.95 && damping < 0.85, "{alpha} {damping}");
     let says = |outcome: &Value, what: &str| outcome["statements"].to_string().contains(what);
     assert!(says(&four, "From shot to shot features vary") && !says(&four, "drifts by"), "{}", four["statements"]);
-    shots(&bench, 0.01);
+    recorded_runs(&bench, 0.01);
     let drifting = fitted(&all, "drifting");
     assert!(says(&drifting, "The level of the drive drifts by -"), "{}", drifting["statements"]);
 }

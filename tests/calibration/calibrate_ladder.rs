@@ -23,18 +23,21 @@ fn the_answer_of_the_upper_level_stands_beside_the_chains_and_survives_ctrl_c() 
     assert!([0, 3].contains(&code(&output)), "{}", stderr(&output));
     let outcome = bench.outcome("whole");
     assert_eq!(outcome["model"], "reduced");
-    let rungs = outcome["rungs"].as_array().unwrap();
-    let models: Vec<&Value> = rungs.iter().map(|fidelity| &fidelity["model"]).collect();
+    let fidelities = outcome["rungs"].as_array().unwrap();
+    let models: Vec<&Value> = fidelities.iter().map(|fidelity| &fidelity["model"]).collect();
     assert_eq!(models, ["chain", "reduced"]);
-    assert_eq!(rungs[0]["runs"], 200);
-    let corrected = rungs[1]["runs"].as_u64().unwrap();
+    assert_eq!(fidelities[0]["runs"], 200);
+    let corrected = fidelities[1]["runs"].as_u64().unwrap();
     assert!((80..=176).contains(&corrected), "{corrected}");
     assert_eq!(outcome["evaluations"], 200 + corrected);
-    assert_eq!(rungs[1]["parameters"], outcome["parameters"]);
-    assert_ne!(rungs[0]["parameters"]["alpha"]["value"], outcome["parameters"]["alpha"]["value"]);
+    assert_eq!(fidelities[1]["parameters"], outcome["parameters"]);
+    assert_ne!(fidelities[0]["parameters"]["alpha"]["value"], outcome["parameters"]["alpha"]["value"]);
     // Two beads at the chain's α: both fidelity levels expect a peak of about 0.6 m/s, and not the same.
     let peak = |fidelity: &Value| fidelity["features"]["positive_peak"]["value"].as_f64().unwrap();
-    assert!((peak(&rungs[0]) - 0.61).abs() < 0.06 && peak(&rungs[0]) != peak(&rungs[1]), "{rungs:?}");
+    assert!(
+        (peak(&fidelities[0]) - 0.61).abs() < 0.06 && peak(&fidelities[0]) != peak(&fidelities[1]),
+        "{fidelities:?}"
+    );
 
     let page = fs::read_to_string(bench.path("whole/report.html")).unwrap();
     assert!(page.contains("How far the models differ") && page.contains("before and after the correction"));
@@ -81,16 +84,16 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
     answered(&[&FINITE[..], &["--out", "whole", "--threads", "1"]].concat());
     let outcome = bench.outcome("whole");
     assert_eq!(outcome["model"], "fea");
-    let rungs = outcome["rungs"].as_array().unwrap();
-    let models: Vec<&Value> = rungs.iter().map(|fidelity| &fidelity["model"]).collect();
+    let fidelities = outcome["rungs"].as_array().unwrap();
+    let models: Vec<&Value> = fidelities.iter().map(|fidelity| &fidelity["model"]).collect();
     assert_eq!(models, ["chain", "reduced", "fea"]);
-    let runs: Vec<u64> = rungs.iter().map(|fidelity| fidelity["runs"].as_u64().unwrap()).collect();
+    let runs: Vec<u64> = fidelities.iter().map(|fidelity| fidelity["runs"].as_u64().unwrap()).collect();
     assert_eq!(runs.iter().sum::<u64>(), outcome["evaluations"].as_u64().unwrap());
     assert!((80..=176).contains(&runs[2]), "{runs:?}");
-    assert_eq!(rungs[2]["parameters"], outcome["parameters"]);
+    assert_eq!(fidelities[2]["parameters"], outcome["parameters"]);
     assert!(
-        rungs.iter().all(|fidelity| fidelity["features"]["positive_peak"]["value"].as_f64().is_some()),
-        "{rungs:?}"
+        fidelities.iter().all(|fidelity| fidelity["features"]["positive_peak"]["value"].as_f64().is_some()),
+        "{fidelities:?}"
     );
     for file in ["runs-linear-chain.csv", "runs-linear-reduced.csv", "figures/rungs-linear.svg"] {
         assert!(bench.path("whole").join(file).is_file(), "{:?}", bench.tree());
@@ -99,8 +102,8 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
     // What lies below is what the amplitudes of the reduced model answer by themselves.
     bench.write("plan.toml", "likelihood = \"amplitudes\"\n");
     answered(&[&["--plan", "plan.toml", "--model", "reduced"], &FINITE[2..], &["--out", "reduced"]].concat());
-    assert_eq!(bench.outcome("reduced")["parameters"], rungs[1]["parameters"]);
-    assert_ne!(rungs[1]["parameters"], rungs[2]["parameters"]);
+    assert_eq!(bench.outcome("reduced")["parameters"], fidelities[1]["parameters"]);
+    assert_ne!(fidelities[1]["parameters"], fidelities[2]["parameters"]);
 
     let kept = bench.path(".broken.unfinished/state/linear-fea.jsonl");
     let lines = || fs::read_to_string(&kept).map_or(0, |text| text.lines().count());

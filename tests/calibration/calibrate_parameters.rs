@@ -17,8 +17,8 @@ use granchain::{
     signal::{CausalShape, Conditioning, LowPass, Series},
     study::{
         Bodies, EnsemblePlan,
-        confirmation::{Predicted, confirm},
-        members::Unwatched,
+        prediction::{Predicted, predict},
+        replicates::Unwatched,
     },
 };
 use serde_json::Value;
@@ -312,10 +312,10 @@ fn an_unknown_vibrometer_filter_is_in_the_prediction() {
     let predicted = Predicted { scene: scene.clone(), variations, passbands };
     let plan = EnsemblePlan::new(12, 1);
     let how = (&plan, Some(&predicted));
-    let confirmed =
-        confirm(&scene, &Bodies::new(None), &recording, &observation, how, recording.passband(), &Unwatched);
+    let predicted =
+        predict(&scene, &Bodies::new(None), &recording, &observation, how, recording.passband(), &Unwatched);
     let line =
-        confirmed.unwrap().features.into_iter().find(|feature| feature.key == "line_1").unwrap().simulated.unwrap();
+        predicted.unwrap().features.into_iter().find(|feature| feature.key == "line_1").unwrap().simulated.unwrap();
     let slow = LowPass::gaussian_gain(scene.drive.frequency, bandwidth);
     // Deviation of a sample of n even steps from 0 to 1: √(n (n + 1)/12)/(n − 1). A burst of 20 cycles has a line 10 % wide, and the loss grows
     // as the square of the frequency: 4 %.

@@ -6,7 +6,7 @@ use std::{fs, path::Path};
 use crate::harness::{PROJECT, granchain};
 use granchain::{
     calibration::{fit::Verdict, plan::Likelihood},
-    validate::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryTwin, laboratory},
+    validate::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryRecord, laboratory},
 };
 
 fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
@@ -21,7 +21,7 @@ fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
     }
 }
 
-fn made(plan: &LaboratoryPlan) -> Vec<LaboratoryTwin> {
+fn made(plan: &LaboratoryPlan) -> Vec<LaboratoryRecord> {
     laboratory(plan, 0..plan.total(), &|_, _| {}, &|| false).unwrap().unwrap()
 }
 
@@ -95,7 +95,7 @@ fn the_waveform_is_not_misled_by_what_leads_to_it() {
 
 /// The mean of 16 shots is compared with means of 16 runs: a single run is as far from it as from no record.
 #[test]
-fn a_mean_of_shots_is_compared_with_means() {
+fn a_mean_of_recorded_is_compared_with_means() {
     let records = made(&plan(&["averages"], 2, 300));
     for record in &records {
         let fit = record.fit.as_ref().unwrap();
@@ -147,9 +147,9 @@ fn stopping_leaves_no_result() {
 #[test]
 fn a_record_triggered_late_is_reported_wherever_it_begins() {
     let folder = tempfile::tempdir().unwrap();
-    let twin = Path::new(PROJECT).join("measurements/twin-annulus");
-    let text = fs::read_to_string(twin.join("vib.csv")).unwrap();
-    let horn = twin.join("horn_tip.csv");
+    let synthetic = Path::new(PROJECT).join("measurements/twin-annulus");
+    let text = fs::read_to_string(synthetic.join("vib.csv")).unwrap();
+    let horn = synthetic.join("horn_tip.csv");
     let calibrate = |more: &[&str]| {
         let record = ["calibrate", "--measured", "cut.csv", "--drive", horn.to_str().unwrap(), "--scene", "annulus"];
         granchain(folder.path(), &[&record[..], more].concat())

@@ -15,15 +15,15 @@ use granchain::{
         observation::{Observation, Recording},
         parameter::Parameter,
         search::Search,
-        twin::{Flaw, twin},
+        synthetic::{Flaw, synthetic},
     },
     feature::fingerprint::FeatureSet,
     model::{self, ModelError, Prepared},
     scene::{self, DampingKind, Scene},
     study::{
         self, EnsemblePlan,
-        confirmation::{ConfirmationError, confirm},
-        members,
+        prediction::{PredictionError, predict},
+        replicates,
     },
 };
 
@@ -48,7 +48,7 @@ fn parameters() -> Vec<Parameter> {
 /// A record of `scene` by its own model, with the truth behind it: synthetic record 1 has α = 0.30 and c = 0.16 N·s/m.
 fn record(scene: &Scene) -> (Recording, Vec<f64>) {
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
-    let made = twin(scene, &parameters(), &Uncertainty::default(), Flaw::None, 1, SEED, &run).unwrap();
+    let made = synthetic(scene, &parameters(), &Uncertainty::default(), Flaw::None, 1, SEED, &run).unwrap();
     (made.recording, made.truth.values)
 }
 
@@ -90,7 +90,7 @@ fn both_runs_of_a_pair_are_made_under_the_same_nuisances() {
 }
 
 #[test]
-fn a_stop_is_asked_for_within_a_batch_and_a_confirmation() {
+fn a_stop_is_asked_for_within_a_batch_and_a_prediction() {
     let scene = bench(&[]);
     let (recording, truth) = record(&scene);
     // Says stop when it is asked for the fourth time.
@@ -104,7 +104,7 @@ fn a_stop_is_asked_for_within_a_batch_and_a_confirmation() {
     assert!(matches!(searched, Err(FitError::Stopped { runs: 0 })), "{searched:?}");
 
     struct Stopped(AtomicU64);
-    impl members::Watch for Stopped {
+    impl replicates::Watch for Stopped {
         fn advance(&self, _: u64) {}
         fn stop(&self) -> bool {
             self.0.fetch_add(1, Ordering::Relaxed) >= 3
@@ -114,8 +114,8 @@ fn a_stop_is_asked_for_within_a_batch_and_a_confirmation() {
     let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
     let how = (&EnsemblePlan::new(2, SEED), None);
     let watch = Stopped(AtomicU64::new(0));
-    let confirmed = confirm(&scene, &study::Bodies::new(None), &recording, &observation, how, None, &watch);
-    assert!(matches!(confirmed, Err(ConfirmationError::Model(ModelError::Stopped { .. }))), "{confirmed:?}");
+    let predicted = predict(&scene, &study::Bodies::new(None), &recording, &observation, how, None, &watch);
+    assert!(matches!(predicted, Err(PredictionError::Model(ModelError::Stopped { .. }))), "{predicted:?}");
     assert_eq!(watch.0.load(Ordering::Relaxed), 4);
 }
 

@@ -17,4 +17,4 @@ mod harness;
 mod laboratory;
 mod ladder;
 mod published_features;
-mod twins;
+mod synthetic;

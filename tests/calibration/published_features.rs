@@ -7,7 +7,7 @@ use granchain::{
         fit::{Verdict, fit},
         forward::{Forward, Uncertainty},
         parameter::Parameter,
-        printed::Printed,
+        printed::PublishedComparison,
         search::Search,
     },
     feature::{FeatureSettings, Ratio, measure},
@@ -49,7 +49,7 @@ fn publication(truth: &scene::Scene, with_drive_line: bool) -> PublishedFeatures
 }
 
 /// A truth of which only features are published.
-struct Twin<'a> {
+struct Synthetic<'a> {
     support: &'a str,
     kind: &'a str,
     alpha: f64,
@@ -58,8 +58,8 @@ struct Twin<'a> {
 }
 
 /// Fit a synthetic record: ln(low/truth), ln(high/truth) of each parameter, and the verdict.
-fn fitted(twin: &Twin, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
-    let Twin { support, kind, alpha, damping, with_drive_line } = *twin;
+fn fitted(synthetic: &Synthetic, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
+    let Synthetic { support, kind, alpha, damping, with_drive_line } = *synthetic;
     let overrides =
         [format!("damping.kind={kind}"), format!("alpha={alpha}"), format!("damping.coefficient={damping}")];
     let mut overrides = overrides.to_vec();
@@ -70,7 +70,7 @@ fn fitted(twin: &Twin, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let truth = scene::load("annulus", &overrides).unwrap();
     let published = publication(&truth, with_drive_line);
     let window = study::observation::settings(&truth).unwrap().window.unwrap();
-    let printed = Printed::new(&published, truth.drive.frequency, window).unwrap();
+    let printed = PublishedComparison::new(&published, truth.drive.frequency, window).unwrap();
     let parameters = vec![Parameter::alpha(), Parameter::damping(truth.damping.kind).unwrap()];
     let watch = Arc::new(|_| true);
     let forward = Forward::new(&truth, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
@@ -89,7 +89,7 @@ fn intervals_from_published_features_of_a_known_truth_hold_it() {
     // does not. Coverage over many truths: `coverage_over_many_truths`.
     for (support, kind, alpha, damping) in [("annulus", "linear", 0.5, 0.3), ("annulus", "kuwabara-kono", 1.0, 3660.0)]
     {
-        let (ends, verdict) = fitted(&Twin { support, kind, alpha, damping, with_drive_line: true }, 1);
+        let (ends, verdict) = fitted(&Synthetic { support, kind, alpha, damping, with_drive_line: true }, 1);
         assert_eq!(verdict, Verdict::WithinScatter, "{kind}");
         assert!(holds(&ends), "{kind} {ends:?}");
         // An interval as wide as the box (ln 10 and ln 100) would hold anything: the numbers must have narrowed α.
@@ -111,8 +111,8 @@ fn coverage_over_many_truths() {
             let alpha = Parameter::alpha().value(u(0));
             let kind = if linear { scene::DampingKind::Linear } else { scene::DampingKind::KuwabaraKono };
             let damping = Parameter::damping(kind).unwrap().value(u(1));
-            let twin = Twin { support, kind: kind.name(), alpha, damping, with_drive_line };
-            let (ends, verdict) = fitted(&twin, 100 + u64::from(index));
+            let synthetic = Synthetic { support, kind: kind.name(), alpha, damping, with_drive_line };
+            let (ends, verdict) = fitted(&synthetic, 100 + u64::from(index));
             explained += u32::from(verdict == Verdict::WithinScatter);
             for (d, (low, high)) in ends.iter().enumerate() {
                 held[d] += u32::from(*low <= 0.0 && *high >= 0.0);

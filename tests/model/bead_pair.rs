@@ -1,4 +1,4 @@
-//! Two beads in a collision, on every rung of the ladder: what the rungs leave out is what they differ by.
+//! Two beads in a collision, on every fidelity level of the ladder: what the fidelity levels leave out is what they differ by.
 
 use granchain::{
     model::{
@@ -92,13 +92,13 @@ fn the_force_of_a_collision_differs_between_the_levels_by_what_they_leave_out() 
     assert!(chain.over_hertz.abs() < 1e-5, "{}", chain.over_hertz);
     let fea = collide(&["model.kind=fea", "model.mesh_density=12", "model.step=0.01 us"]);
     let reduced = collide(&["model.kind=reduced", "model.mesh_density=12"]);
-    for (name, rung, tolerance) in [("fea", &fea, 3e-4), ("reduced", &reduced, 1e-3)] {
-        let Collision { over_hertz, over_finite_body, .. } = *rung;
+    for (name, fidelity, tolerance) in [("fea", &fea, 3e-4), ("reduced", &reduced, 1e-3)] {
+        let Collision { over_hertz, over_finite_body, .. } = *fidelity;
         // 1.2 % above Hertz at 0.8 µm; explained by the static excess of whole beads but for the steps' and the mesh's error.
         assert!((over_hertz - 0.0120).abs() < 2e-3, "{name}: {over_hertz}");
         assert!(over_finite_body.abs() < tolerance, "{name}: {over_finite_body}");
         // Ringing takes next to nothing: the collision lasts twelve periods of the lowest mode.
-        assert!((rung.restitution - 1.0).abs() < 1e-3, "{name}: {}", rung.restitution);
+        assert!((fidelity.restitution - 1.0).abs() < 1e-3, "{name}: {}", fidelity.restitution);
     }
     // The kick off the rigid piston, on the same mesh: what the steps leave.
     assert!((reduced.speed / fea.speed - 1.0).abs() < 1e-3, "{} {}", reduced.speed, fea.speed);

@@ -2,7 +2,7 @@
 
 use granchain::{
     model::chain::{ChainModel, InitialState},
-    response::EnergyLedger,
+    response::EnergyBalance,
     scene::Scene,
     signal::{
         Series,
@@ -15,7 +15,7 @@ pub(crate) struct Continuous {
     displacement: Vec<Spline>,
     velocity: Vec<Spline>,
     step: f64,
-    pub(crate) energy: EnergyLedger,
+    pub(crate) energy: EnergyBalance,
 }
 
 impl Continuous {

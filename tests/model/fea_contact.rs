@@ -236,5 +236,5 @@ fn a_bead_on_a_soft_spring_swings_for_half_a_period() {
     assert!(duration > expected && duration < 1.015 * expected, "{duration:e} {expected:e}");
     let expected = speed * (mass * stiffness).sqrt();
     assert!(force < expected && force > 0.985 * expected, "{force} {expected}");
-    assert!(simulation.ledger().balance() < 1e-4, "{:e}", simulation.ledger().balance());
+    assert!(simulation.balance().balance() < 1e-4, "{:e}", simulation.balance().balance());
 }

@@ -8,7 +8,7 @@ use granchain::{
         assembly::Columns,
         body::{Body, ContactMass},
         mesh::{BeadMesh, Mesh, PatchElements, bead},
-        modes::{Modes, ModesError, confirm, modes},
+        modes::{Modes, ModesError, modes, predict},
     },
     scene::Material,
 };
@@ -90,17 +90,17 @@ fn a_dropped_mode_is_caught_by_the_count() {
     let body = sphere(4, PatchElements::Quadrilateral, ContactMass::Massless);
     let modes = modes(&body, 10).unwrap();
     let place = 0.5 * (modes.frequencies[8] + modes.frequencies[9]);
-    assert_eq!(confirm(&body, &modes.frequencies, place).unwrap().modes, 9);
+    assert_eq!(predict(&body, &modes.frequencies, place).unwrap().modes, 9);
     for dropped in [0, 3, 8] {
         let mut found = modes.frequencies.clone();
         found.remove(dropped);
         let missed = ModesError::Missed { frequency: place, counted: 9, found: 8 };
-        assert_eq!(confirm(&body, &found, place).unwrap_err(), missed);
+        assert_eq!(predict(&body, &found, place).unwrap_err(), missed);
     }
     // A mode found twice is as wrong.
     let mut found = modes.frequencies.clone();
     found.insert(4, found[4]);
-    assert!(matches!(confirm(&body, &found, place), Err(ModesError::Missed { counted: 9, found: 10, .. })));
+    assert!(matches!(predict(&body, &found, place), Err(ModesError::Missed { counted: 9, found: 10, .. })));
 }
 
 /// The dense eigenvalues θ = 1/(1 + λ/s) of a clamped body.

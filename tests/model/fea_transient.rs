@@ -13,7 +13,7 @@ use granchain::{
 
 fn balance(density: u32, step: &str) -> f64 {
     let scene = scene("rigid", &[&format!("model.mesh_density={density}"), &format!("model.step={step}")]);
-    run(&scene).0.ledger().balance()
+    run(&scene).0.balance().balance()
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn a_step_that_cannot_work_is_taken_back_and_says_when_where_and_why() {
         assert_eq!(before[part], after[part], "{part}");
     }
     assert_eq!(simulation.cuts().len(), 1);
-    assert_eq!(simulation.ledger().work.rejected_steps, 1);
+    assert_eq!(simulation.balance().work.rejected_steps, 1);
     let message = failure.to_string();
     for part in ["contact 1", "finely meshed patch", "model.mesh_density"] {
         assert!(message.contains(part), "{message}");
@@ -219,7 +219,7 @@ fn a_state_saved_as_json_ends_in_the_bits_of_the_uninterrupted_run() {
         second.restore(serde_json::from_str(&text).unwrap(), "run 7").unwrap();
         assert_eq!(finish(&mut second).unwrap(), expected);
         assert_eq!(second.complementarity(), whole.complementarity());
-        assert_eq!(second.ledger(), whole.ledger());
+        assert_eq!(second.balance(), whole.balance());
     }
 }
 
@@ -276,7 +276,7 @@ fn dashpots_and_a_spring_support_take_their_part_of_the_work() {
             let energy = response.energy;
             assert!(energy.dissipated_j > 0.1 * energy.piston_work_j && energy.stored_j > 0.0);
             // As without dashpots at this mesh, 4.2e-3, and a fifth for the steps in which a dashpot switches.
-            assert!(simulation.ledger().balance() < 5e-3, "{:e}", simulation.ledger().balance());
+            assert!(simulation.balance().balance() < 5e-3, "{:e}", simulation.balance().balance());
         }
     }
 }

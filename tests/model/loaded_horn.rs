@@ -107,10 +107,10 @@ fn the_energy_balance_of_the_horn_closes_to_second_order_and_that_of_the_chain_a
             let response = run(&with(&scene, Horn { mass: 2e-4, frequency: 73e3, quality: 15.0 }));
             let own = channels(&response);
             assert!(own.horn_j > 0.0 && own.horn_lost_j > 0.0, "{own:?}");
-            let ledger = response.energy;
-            assert!(ledger.residual_j.abs() < 3e-2 * ledger.largest_j, "{name} {kind}: {ledger:?}");
+            let balance = response.energy;
+            assert!(balance.residual_j.abs() < 3e-2 * balance.largest_j, "{name} {kind}: {balance:?}");
             let scale = own.source_work_j.abs() + own.horn_j + own.horn_lost_j;
-            own.horn_residual(ledger.piston_work_j).abs() / scale
+            own.horn_residual(balance.piston_work_j).abs() / scale
         });
         println!("{name} {kind} {residual:?}");
         assert!(residual[0] < 2e-4, "{name} {kind}: {residual:?}");

@@ -54,8 +54,8 @@ fn a_free_bead_in_drag_slows_exponentially() {
         assert!((ratio / expected - 1.0).abs() < 2e-4, "{kind}: {ratio} {expected}");
         let own = channels(&response);
         assert!(own.drag_j > 0.0 && own.friction_j == 0.0, "{own:?}");
-        let ledger = response.energy;
-        assert!(ledger.residual_j.abs() < 2e-3 * ledger.largest_j, "{kind} {ledger:?}");
+        let balance = response.energy;
+        assert!(balance.residual_j.abs() < 2e-3 * balance.largest_j, "{kind} {balance:?}");
     }
 }
 
@@ -75,13 +75,13 @@ fn a_sliding_bead_is_braked_evenly_and_stops_where_the_closed_form_says() {
         // v_s over v of it.
         assert!(((u[200] - u[30]) / way - 1.0).abs() < 2e-3, "{kind}: {} {way}", u[200] - u[30]);
         let own = channels(&response);
-        let ledger = response.energy;
-        let all = own.friction_j + own.material_j + ledger.dissipated_j;
+        let balance = response.energy;
+        let all = own.friction_j + own.material_j + balance.dissipated_j;
         assert!(
-            own.friction_j > 0.8 * ledger.piston_work_j
-                && (all / ledger.piston_work_j - 1.0).abs() < 2e-3
-                && ledger.residual_j.abs() < 2e-3 * ledger.largest_j,
-            "{kind} {own:?} {ledger:?}"
+            own.friction_j > 0.8 * balance.piston_work_j
+                && (all / balance.piston_work_j - 1.0).abs() < 2e-3
+                && balance.residual_j.abs() < 2e-3 * balance.largest_j,
+            "{kind} {own:?} {balance:?}"
         );
     }
 }
@@ -146,8 +146,8 @@ fn a_collision_loses_the_same_in_both_models() {
             let mut scene = collision(kind, "50 ns");
             scene.loss.beads = eta;
             let response = run_with(&scene, &Knock { speed: 0.8, until: 4e-6 });
-            let ledger = response.energy;
-            assert!(ledger.residual_j.abs() < 2e-3 * ledger.largest_j, "{kind} {ledger:?}");
+            let balance = response.energy;
+            assert!(balance.residual_j.abs() < 2e-3 * balance.largest_j, "{kind} {balance:?}");
             found.push(response);
         }
         let [fast, full] = [&found[0], &found[1]];
@@ -183,8 +183,11 @@ fn relaxation_that_never_comes_is_a_stiffer_support_and_one_at_once_is_none() {
         assert!(slow < 1e-6 && fast < 1e-4, "{kind}: {slow:e} {fast:e}");
         let between = relaxing(5e-6);
         assert!(worst(&between, &run(&plain)) > 1e-2 && worst(&between, &run(&stiff)) > 1e-2);
-        let (own, ledger) = (channels(&between), between.energy);
-        assert!(own.material_j > 0.0 && ledger.residual_j.abs() < 5e-3 * ledger.largest_j, "{kind} {own:?} {ledger:?}");
+        let (own, balance) = (channels(&between), between.energy);
+        assert!(
+            own.material_j > 0.0 && balance.residual_j.abs() < 5e-3 * balance.largest_j,
+            "{kind} {own:?} {balance:?}"
+        );
     }
 }
 

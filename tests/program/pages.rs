@@ -46,10 +46,10 @@ fn bench() -> tempfile::TempDir {
     for folder in ["measurements", "calibrations"] {
         copy(&Path::new(PROJECT).join(folder), &bench.path().join(folder));
     }
-    let twin = Path::new(PROJECT).join("measurements/twin-annulus");
+    let synthetic = Path::new(PROJECT).join("measurements/twin-annulus");
     let rows = ["vib.csv", "horn_tip.csv"].map(|file| {
-        fs::copy(twin.join(file), bench.path().join(file)).unwrap();
-        let text = fs::read_to_string(twin.join(file)).unwrap();
+        fs::copy(synthetic.join(file), bench.path().join(file)).unwrap();
+        let text = fs::read_to_string(synthetic.join(file)).unwrap();
         let cells = text.lines().filter_map(|line| line.split_once(','));
         cells.filter_map(|(time, value)| Some((time.parse().ok()?, value.parse().ok()?))).collect::<Vec<(f64, f64)>>()
     });

@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, f64::consts::TAU, path::PathBuf};
 
 use granchain::{
     calibration::outcome::{
-        CalibrationOutcome, FitOutcome, FittedFeature, FittedParameter, InputDigest, MaskedStretch, OutcomeFeature,
-        OutcomeLobe, RungOutcome,
+        CalibrationOutcome, FidelityOutcome, FitOutcome, FittedFeature, FittedParameter, InputDigest, MaskedStretch,
+        OutcomeFeature, OutcomeLobe,
     },
     feature::{Measurand, Window},
     report::{
@@ -16,7 +16,7 @@ use granchain::{
         page::ReportError,
         sweep::{SweepCurve, SweepPoint, SweepReport},
     },
-    response::EnergyLedger,
+    response::EnergyBalance,
     signal::Series,
 };
 
@@ -131,7 +131,7 @@ fn law(kind: &str, verdict: Verdict) -> FitOutcome {
         ]),
         waveform: None,
         misfit: 0.83,
-        rungs: vec![RungOutcome {
+        fidelities: vec![FidelityOutcome {
             model: "chain".into(),
             runs: 600,
             failed_runs: 1,
@@ -265,7 +265,7 @@ fn report() -> CalibrationReport {
             ],
             marked: Some((0.503, "fit".into())),
         }),
-        energy: Some(EnergyLedger {
+        energy: Some(EnergyBalance {
             initial_j: 0.0,
             piston_work_j: 4.31e-7,
             kinetic_j: 1.2e-9,

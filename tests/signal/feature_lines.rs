@@ -336,12 +336,12 @@ fn the_same_signal_sampled_at_the_labs_instants_measures_the_same() {
     // The ends of the window fall between other samples: Hann is cut at 1e-6 of its height.
     assert!((model.thd / lab.thd - 1.0).abs() < 1e-4);
     for line in &lab.lines {
-        let twin = model.line(line.ratio).unwrap();
+        let synthetic = model.line(line.ratio).unwrap();
         assert!(
-            (twin.amplitude - line.amplitude).abs() < 1e-6,
+            (synthetic.amplitude - line.amplitude).abs() < 1e-6,
             "{}: {} {}",
             line.ratio,
-            twin.amplitude,
+            synthetic.amplitude,
             line.amplitude
         );
     }

@@ -3,10 +3,10 @@
 use std::process::{Command, Output};
 
 use granchain::{
-    calibration::twin::vibrometer_csv,
+    calibration::synthetic::vibrometer_csv,
     model,
     scene::{self, Limits, ModelKind},
-    study::members::{Unwatched, Watch},
+    study::replicates::{Unwatched, Watch},
     validate::accuracy::{
         AccuracyError, AccuracyPlan, Study, Watched,
         ladder::{FidelityLevel, Ladder},
@@ -19,7 +19,7 @@ const KEPT: [&str; 3] = ["rigid", "annulus", "water"];
 
 fn plan(scene: &str, full: bool) -> AccuracyPlan {
     let (sets, program) = (Vec::new(), "granchain".to_owned());
-    AccuracyPlan { scene: scene.into(), sets, full, members: 2, seed: 1, limits: Limits::default(), program }
+    AccuracyPlan { scene: scene.into(), sets, full, replicates: 2, seed: 1, limits: Limits::default(), program }
 }
 
 fn line(scene: &str, key: &str) -> OwnErrors {

@@ -3,7 +3,7 @@
 use granchain::{
     response::{Preparation, SolverWork},
     scene::{self, Scene},
-    study::members::Unwatched,
+    study::replicates::Unwatched,
     validate::effects::{
         Advised, Belongs, Change, Cost, EffectCosts, Marginal, Measured, advise, is_on, measured, names, pair,
     },

@@ -2,7 +2,7 @@
 
 use granchain::study::{
     Bodies,
-    members::{Unwatched, Watch},
+    replicates::{Unwatched, Watch},
 };
 use granchain::validate::stress::{CASES, FidelityLevel, Limit, StressOutcome, StressPlan, run};
 
@@ -19,7 +19,7 @@ fn examined(cases: &[u32], overrides: &[&str]) -> StressOutcome {
 fn every_case_has_a_number_a_sentence_and_a_model() {
     let numbers: Vec<u32> = CASES.iter().map(|case| case.number).collect();
     assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]), "{numbers:?}");
-    assert!(CASES.iter().all(|case| case.what.ends_with('.') && !case.rungs.is_empty()));
+    assert!(CASES.iter().all(|case| case.what.ends_with('.') && !case.fidelities.is_empty()));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::{
     observation::{Observation, Passband},
     posterior::POWER,
-    printed::{self, Meaning, Printed},
+    printed::{self, Meaning, PublishedComparison},
 };
 use granchain_model::scene::Drive;
 use granchain_signal::{
@@ -44,7 +44,7 @@ pub enum Reduction {
     /// For a record: onset, early peaks, bands.
     Fingerprint(Fingerprint),
     /// For published features: one z per statement.
-    Printed(Printed),
+    Published(PublishedComparison),
 }
 
 /// The quantities to be fitted and how runs are compared with them.
@@ -123,8 +123,8 @@ impl From<Observation> for Comparison {
     }
 }
 
-impl From<Printed> for Comparison {
-    fn from(printed: Printed) -> Self {
+impl From<PublishedComparison> for Comparison {
+    fn from(printed: PublishedComparison) -> Self {
         Self {
             cutoff: printed.cutoff(),
             bandwidth: None,
@@ -140,7 +140,7 @@ impl From<Printed> for Comparison {
             features: printed.targets(),
             nuggets: printed.nuggets(),
             weights: vec![1.0; printed.statements().len()],
-            reduction: Reduction::Printed(printed),
+            reduction: Reduction::Published(printed),
             power: printed::POWER,
             sensitivity: 0.0,
         }
@@ -153,7 +153,7 @@ impl Comparison {
     pub fn names(&self) -> Vec<Cow<'static, str>> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.names(),
-            Reduction::Printed(printed) => {
+            Reduction::Published(printed) => {
                 printed.statements().iter().map(|statement| Cow::Owned(statement.name.clone())).collect()
             }
         }
@@ -164,7 +164,7 @@ impl Comparison {
     pub fn measured(&self, index: usize) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
-            Reduction::Printed(printed) => match printed.statements().get(index)?.meaning {
+            Reduction::Published(printed) => match printed.statements().get(index)?.meaning {
                 Meaning::Value { value, .. } => Some(value),
                 _ => None,
             },
@@ -204,7 +204,7 @@ impl Comparison {
     pub fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, z)),
-            Reduction::Printed(_) => None,
+            Reduction::Published(_) => None,
         }
     }
 
@@ -215,7 +215,7 @@ impl Comparison {
             Reduction::Fingerprint(fingerprint) => {
                 fingerprint.names().get(index).is_some_and(|name| name.starts_with("ratio"))
             }
-            Reduction::Printed(printed) => {
+            Reduction::Published(printed) => {
                 printed.statements().get(index).is_some_and(|statement| !statement.meaning.is_velocity())
             }
         };
@@ -226,7 +226,7 @@ impl Comparison {
     pub fn measurand(&self) -> Measurand {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.measurand(),
-            Reduction::Printed(_) => Measurand::Velocity,
+            Reduction::Published(_) => Measurand::Velocity,
         }
     }
 
@@ -240,7 +240,7 @@ impl Comparison {
             Reduction::Fingerprint(fingerprint) => {
                 drive.burst().0 + (fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) / drive.frequency
             }
-            Reduction::Printed(printed) => printed.window().to + AFTER_WINDOW / drive.frequency,
+            Reduction::Published(printed) => printed.window().to + AFTER_WINDOW / drive.frequency,
         }
     }
 
@@ -250,7 +250,7 @@ impl Comparison {
     pub fn onset(&self, trace: &Series) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) if fingerprint.by_onset() => {
-                fingerprint.landmark(trace).ok().map(|index| trace.time(index))
+                fingerprint.alignment(trace).ok().map(|index| trace.time(index))
             }
             _ => None,
         }
@@ -262,7 +262,7 @@ impl Comparison {
     pub(super) fn begun(&self, mut trace: Series, drive: &Drive, random: &mut impl Rng) -> Series {
         if let Reduction::Fingerprint(fingerprint) = &self.reduction
             && fingerprint.lies_somewhere()
-            && let Ok(onset) = fingerprint.landmark(&trace)
+            && let Ok(onset) = fingerprint.alignment(&trace)
         {
             let end = drive.burst().1 + (UNSEEN_FALL - fingerprint.cycles_needed() as f64) / drive.frequency;
             let last = (end - trace.start) / trace.step;
@@ -277,7 +277,7 @@ impl Comparison {
     /// - `within`: where between two samples of the record a gap begins, −½ to ½
     pub(super) fn bridge(&self, trace: &mut Series, filtered: &Series, within: f64) {
         if let Reduction::Fingerprint(fingerprint) = &self.reduction
-            && let Ok(at) = fingerprint.landmark_time(filtered)
+            && let Ok(at) = fingerprint.alignment_time(filtered)
         {
             let at = at + within * self.sampling;
             bridge(trace, &self.masked.iter().map(|gap| gap.later(at)).collect::<Vec<_>>());
@@ -298,7 +298,7 @@ impl Comparison {
     pub fn reduce(&self, trace: &Series) -> Result<Vec<f64>, String> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.measure(trace).map_err(|error| error.to_string()),
-            Reduction::Printed(printed) => printed.measure(trace).map_err(|error| error.to_string()),
+            Reduction::Published(printed) => printed.measure(trace).map_err(|error| error.to_string()),
         }
     }
 

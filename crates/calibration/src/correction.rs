@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     estimate::drift,
-    fidelity::{FidelityLevel, Pair, Unmade},
+    fidelity::{FidelityLevel, Incomplete, Pair},
     forward::Run,
     likelihood::{TrainingRuns, neighbours},
     parameter::{Parameter, reflect},
@@ -240,14 +240,14 @@ impl Correction {
     /// The upper level's runs of the first `count` pairs, for the regression.
     #[must_use]
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
-        self.cloud_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
+        self.training_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
     }
 
     /// Runs of a correction, which cover only part of the box, for the regression.
-    fn cloud_within<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone) -> TrainingRuns {
+    fn training_within<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone) -> TrainingRuns {
         let finished = runs.clone().filter(|run| run.outcome.is_ok()).count();
         let (low, high) = reach(runs.clone().map(|run| run.position.as_slice()), self.spans.len());
-        let training = self.cloud_of(runs, neighbours(self.spans.len()).min(finished.saturating_sub(1)));
+        let training = self.training_of(runs, neighbours(self.spans.len()).min(finished.saturating_sub(1)));
         framed(training, self.spans.len()).within(low, high)
     }
 
@@ -281,7 +281,7 @@ impl Correction {
             .collect()
     }
 
-    fn cloud_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> TrainingRuns {
+    fn training_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> TrainingRuns {
         let finished = runs.filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let (sensitivity, answers) = self.sensitivity.clone();
         let training = TrainingRuns::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours);
@@ -321,7 +321,7 @@ impl Correction {
             let below = self.searched.iter();
             let is_search = self.before == self.searched.len();
             let training =
-                if is_search { self.cloud_of(below, neighbours(dimension)) } else { self.cloud_within(below) };
+                if is_search { self.training_of(below, neighbours(dimension)) } else { self.training_within(below) };
             Posterior::of(&training, dimension)
         });
         let moving = self.motion.leans || self.motion.drift.is_none_or(|drift| drift > MOVING);
@@ -399,7 +399,7 @@ impl Solver<FidelityLevel, SearchState> for Correction {
             problem.bulk_problem("cost_count", positions.len(), |fidelity| Ok(fidelity.pairs(first, &positions)))?;
         let pairs = match made {
             Ok(pairs) => pairs,
-            Err(Unmade::Stopped) => return Ok((state.terminate_with(TerminationReason::Interrupt), None)),
+            Err(Incomplete::Stopped) => return Ok((state.terminate_with(TerminationReason::Interrupt), None)),
             Err(error) => return Err(error.into()),
         };
         let state = match self.take(pairs) {

@@ -20,7 +20,7 @@ use super::{
     parameter::Parameter,
     posterior::Posterior,
     search::Search,
-    twin::with_law,
+    synthetic::with_law,
     waveform::{self, Compared, WaveformFit},
 };
 use granchain_model::{
@@ -181,7 +181,7 @@ impl Case<'_> {
         let [low, high] = self.comparison.clipped;
         let clipped = [high.map(|limit| -limit), low.map(|limit| -limit)];
         let comparison = Comparison { features: turned, clipped, ..self.comparison.clone() };
-        let p = if self.worth(p) { self.confirmed(p, &comparison, -1.0)? } else { p };
+        let p = if self.worth(p) { self.predicted(p, &comparison, -1.0)? } else { p };
         let text = format!(
             "the record's sign: with invert=true p is {}, as read {}; velocities are positive from piston to support",
             shown(p),
@@ -195,7 +195,7 @@ impl Case<'_> {
         let judged = self.judged(&self.fit.runs, features, ANY_FACTOR)?;
         let factor = judged.factor.filter(|factor| factor.ln().abs() > FACTOR)?;
         let p = match self.comparison.scaled(1.0 / factor).filter(|_| self.worth(judged.p)) {
-            Some(comparison) => self.confirmed(judged.p, &comparison, 1.0 / factor)?,
+            Some(comparison) => self.predicted(judged.p, &comparison, 1.0 / factor)?,
             None => judged.p,
         };
         let text = format!(
@@ -430,7 +430,7 @@ impl Case<'_> {
 
     /// Combined p of amplitudes and waveform if the waveform decided the fit on the chain: twice the smaller. The
     /// record is multiplied by `factor`.
-    fn confirmed(&self, p: f64, comparison: &Comparison, factor: f64) -> Option<f64> {
+    fn predicted(&self, p: f64, comparison: &Comparison, factor: f64) -> Option<f64> {
         if self.sees_waveform() { Some(self.search(self.scene, None, comparison, factor)?.0) } else { Some(p) }
     }
 

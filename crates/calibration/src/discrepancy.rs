@@ -14,7 +14,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    fidelity::{FidelityLevel, Unmade},
+    fidelity::{FidelityLevel, Incomplete},
     forward::Run,
     likelihood::TrainingRuns,
     multi_record::MultiRecord,
@@ -24,7 +24,7 @@ use super::{
 const CHAIN_PAIRS: usize = 24;
 
 /// Pairs on a fidelity level above.
-const RUNG_PAIRS: usize = 8;
+const FIDELITY_PAIRS: usize = 8;
 
 const FEWEST: usize = 4;
 
@@ -76,15 +76,15 @@ impl Discrepancy {
     /// Error of the bodies' mesh on a fidelity level, from the same runs on finer bodies; `None` if too few finish.
     ///
     /// # Errors
-    /// [`Unmade`].
+    /// [`Incomplete`].
     pub(crate) fn of_level(
         fidelity: &FidelityLevel,
         finer: &FidelityLevel,
         at: &[f64],
         first: u64,
-    ) -> Result<Option<Self>, Unmade> {
-        let points = vec![at.to_vec(); RUNG_PAIRS];
-        let upper = |fidelity: &FidelityLevel| -> Result<Vec<Run>, Unmade> {
+    ) -> Result<Option<Self>, Incomplete> {
+        let points = vec![at.to_vec(); FIDELITY_PAIRS];
+        let upper = |fidelity: &FidelityLevel| -> Result<Vec<Run>, Incomplete> {
             Ok(fidelity.pairs(first, &points)?.into_iter().map(|pair| pair.upper).collect())
         };
         let (runs, finer) = rayon::join(|| upper(fidelity), || upper(finer));

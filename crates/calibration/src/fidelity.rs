@@ -15,7 +15,7 @@ use super::{
     drive::HornNoise,
     engine::{sampled_scene, traces},
     forward::{Forward, Point, Run, TimedRun, Watch},
-    kept::KeptRuns,
+    run_store::RunStore,
 };
 use granchain_model::{
     self as model, ModelError, Prepared,
@@ -32,13 +32,13 @@ pub const FINER: f64 = 1.5;
 /// Why a batch of runs is incomplete.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum Unmade {
+pub enum Incomplete {
     /// Stopped by the caller; the current batch is dropped except for runs stored one by one.
     #[error("stopped")]
     Stopped,
     /// A finished run could not be stored.
     #[error(transparent)]
-    NotKept(#[from] RunLogError),
+    NotStored(#[from] RunLogError),
 }
 
 /// A run to be made.
@@ -61,12 +61,12 @@ pub struct FidelityLevel {
     below: Option<Arc<Self>>,
     /// The same on finer bodies.
     finer: Option<Arc<Self>>,
-    kept: Option<Arc<KeptRuns>>,
+    kept: Option<Arc<RunStore>>,
 }
 
 /// The scene for a search above the chain: as many samples a drive period as the chain has steps.
 #[must_use]
-pub(crate) fn rung_scene(scene: &Scene) -> Scene {
+pub(crate) fn fidelity_scene(scene: &Scene) -> Scene {
     sampled_scene(scene)
 }
 
@@ -128,9 +128,9 @@ impl Bodies {
     /// # Errors
     /// When the scene's model, or the chain below it, cannot be made ready.
     pub fn new(scene: &Scene, cache: Option<&Cache>) -> Result<Self, ModelError> {
-        let prepared = Arc::new(model::prepare_with(&rung_scene(scene), cache)?);
+        let prepared = Arc::new(model::prepare_with(&fidelity_scene(scene), cache)?);
         let below = model::prepare_with(&chain_below(scene), cache)?;
-        let finer = finer_scene(&rung_scene(scene));
+        let finer = finer_scene(&fidelity_scene(scene));
         let finer = finer.map(|scene| model::prepare_with(&scene, cache).map(Arc::new)).transpose()?;
         let laws = below.contact_laws().cloned();
         let below = reduced_below(scene).map(|scene| Self::new(&scene, cache).map(|bodies| Box::new((scene, bodies))));
@@ -139,17 +139,17 @@ impl Bodies {
 
     /// The fidelity levels of a scene on these bodies, lowest first, above the runs of `chain`.
     #[must_use]
-    pub fn rungs(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
+    pub fn fidelities(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
         let own = FidelityLevel::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
         let Some((below, scene_below)) = self.below.as_deref().map(|(_, bodies)| bodies).zip(reduced_below(scene))
         else {
             return vec![own];
         };
-        let mut rungs = below.rungs(chain, &scene_below);
-        let lower = rungs.last().cloned();
-        rungs
+        let mut fidelities = below.fidelities(chain, &scene_below);
+        let lower = fidelities.last().cloned();
+        fidelities
             .push(FidelityLevel { below: lower.map(|fidelity| Arc::new(fidelity.watched(Arc::new(|_| true)))), ..own });
-        rungs
+        fidelities
     }
 }
 
@@ -157,7 +157,7 @@ impl FidelityLevel {
     /// The runs of `chain`, on the bodies of `scene`.
     #[must_use]
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
-        let mut scene = rung_scene(scene);
+        let mut scene = fidelity_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
         Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None }
     }
@@ -173,7 +173,7 @@ impl FidelityLevel {
 
     /// The same with stores for its runs and those on finer bodies.
     #[must_use]
-    pub fn keeping(mut self, own: Arc<KeptRuns>, finer: Arc<KeptRuns>) -> Self {
+    pub fn keeping(mut self, own: Arc<RunStore>, finer: Arc<RunStore>) -> Self {
         self.kept = Some(own);
         self.finer = self.finer.map(|fidelity| Arc::new(Self { kept: Some(finer), ..Self::clone(&fidelity) }));
         self
@@ -207,8 +207,8 @@ impl FidelityLevel {
     /// watch is called after every run.
     ///
     /// # Errors
-    /// [`Unmade`] when stopped, or when a finished run cannot be stored.
-    pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Unmade> {
+    /// [`Incomplete`] when stopped, or when a finished run cannot be stored.
+    pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Incomplete> {
         let chain = self.chain.timed(first, positions);
         let lower = match &self.below {
             Some(below) => below.own(first, &chain)?,
@@ -219,7 +219,7 @@ impl FidelityLevel {
     }
 
     /// The runs of this level that belong to those of the chain, numbered from `first`.
-    fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Unmade> {
+    fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Incomplete> {
         let longest = self.scene.duration;
         let plan = |(number, (run, onset)): (u64, &TimedRun)| {
             let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
@@ -256,7 +256,7 @@ impl FidelityLevel {
     }
 
     /// Make runs of ascending numbers.
-    fn made(&self, mut plans: Vec<PlannedRun>) -> Result<Vec<Run>, Unmade> {
+    fn made(&self, mut plans: Vec<PlannedRun>) -> Result<Vec<Run>, Incomplete> {
         let first = plans.first().map_or(0, |plan| plan.number);
         let done = AtomicU64::new(first);
         let goes_on = || self.chain.report(done.load(Ordering::Relaxed));
@@ -272,7 +272,7 @@ impl FidelityLevel {
             goes_on();
             Ok(plans.iter().map(|plan| plan.number).zip(runs).collect())
         });
-        let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, Unmade>>()?;
+        let made: Vec<Vec<(u64, Run)>> = made.collect::<Result<_, Incomplete>>()?;
         let mut made: Vec<(u64, Run)> = made.into_iter().flatten().collect();
         made.sort_by_key(|(number, _)| *number);
         Ok(made.into_iter().map(|(_, run)| run).collect())
@@ -283,7 +283,7 @@ impl FidelityLevel {
     }
 
     /// Makes a group of runs while `goes_on` returns true.
-    fn group(&self, plans: &[PlannedRun], goes_on: &dyn Fn() -> bool) -> Result<Vec<Run>, Unmade> {
+    fn group(&self, plans: &[PlannedRun], goes_on: &dyn Fn() -> bool) -> Result<Vec<Run>, Incomplete> {
         let (longest, measurand) = (self.scene.duration, self.chain.comparison.measurand());
         let mut runs: Vec<Option<Run>> = plans.iter().map(|plan| self.found(plan)).collect();
         let mut left: Vec<(usize, f64)> = plans.iter().map(|plan| plan.duration).enumerate().collect();
@@ -304,7 +304,7 @@ impl FidelityLevel {
                 .map(|(trace, (variation, count))| trace.map(|trace| variation.on_the_record(trace, count)))
                 .collect();
             if traces.iter().any(|trace| matches!(trace, Err(ModelError::Stopped { .. }))) {
-                return Err(Unmade::Stopped);
+                return Err(Incomplete::Stopped);
             }
             let finished = traces.into_iter().zip(&mut draws).zip(std::mem::take(&mut left));
             for ((trace, random), (index, duration)) in finished {

@@ -65,9 +65,9 @@ impl CandidateRuns {
         self.search.iter().map(Vec::len).sum::<usize>() + self.pairs(fidelity)
     }
 
-    /// Pairs of the lowest `rungs` levels.
-    fn pairs(&self, rungs: usize) -> usize {
-        self.corrections.iter().take(rungs).flatten().map(Vec::len).sum()
+    /// Pairs of the lowest `fidelities` levels.
+    fn pairs(&self, fidelities: usize) -> usize {
+        self.corrections.iter().take(fidelities).flatten().map(Vec::len).sum()
     }
 
     #[must_use]

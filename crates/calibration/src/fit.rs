@@ -11,7 +11,7 @@ use super::{
     correction::{self, Correction, LevelDifference},
     discrepancy::Discrepancy,
     estimate::{drift, estimates_of},
-    fidelity::{FidelityLevel, Unmade},
+    fidelity::{FidelityLevel, Incomplete},
     forward::Run,
     likelihood::TrainingRuns,
     multi_record::{MultiRecord, Share, shares},
@@ -232,7 +232,7 @@ pub enum FitError {
     #[error("stopped after {runs} runs")]
     Stopped { runs: usize },
     #[error("a finished run cannot be kept; what was kept before is used by the same command with --resume")]
-    NotKept(#[source] RunLogError),
+    NotStored(#[source] RunLogError),
     #[error("the search failed")]
     Search(#[source] Error),
 }
@@ -373,8 +373,8 @@ pub fn corrected(fidelity: &FidelityLevel, chain: Fit, correction: &Correction) 
     let found = match fidelity.finer() {
         Some(finer) => {
             Discrepancy::of_level(fidelity, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
-                Unmade::Stopped => FitError::Stopped { runs: made },
-                Unmade::NotKept(source) => FitError::NotKept(source),
+                Incomplete::Stopped => FitError::Stopped { runs: made },
+                Incomplete::NotStored(source) => FitError::NotStored(source),
             })?
         }
         None => None,

@@ -19,15 +19,15 @@ use super::{
     fingerprints,
     fit::{Fit, FitError, Verdict},
     forward::{Forward, Watch},
-    ladder::{FittedLevels, Made, SavedFit, fit_levels},
+    ladder::{FitRuns, FittedLevels, SavedFit, fit_levels},
     outcome::{
-        self, CalibrationOutcome, FitOutcome, FittedFeature, InputDigest, RecordOutcome, RungFeature, RungOutcome,
-        WaveformOutcome,
+        self, CalibrationOutcome, FidelityFeature, FidelityOutcome, FitOutcome, FittedFeature, InputDigest,
+        RecordOutcome, WaveformOutcome,
     },
     plan::Likelihood,
     problem::{Problem, program},
+    recorded_run::RecordedRun,
     refusal::Refusal,
-    shot::Shot,
     statement,
 };
 use granchain_model::{
@@ -60,7 +60,7 @@ pub struct Fitted {
     /// Mounts without a run that can be compared with the record, and why.
     pub excluded: Vec<(Candidate, String)>,
     /// All runs of all candidates, also of those without an answer.
-    pub made: Vec<Made>,
+    pub made: Vec<FitRuns>,
     /// Time of the searches on the chain.
     pub searching: Duration,
     /// Time of the corrections on each fidelity level above the chain, lowest first.
@@ -69,7 +69,7 @@ pub struct Fitted {
 }
 
 /// Options of a fit; by default it starts from scratch, without progress reports, and prepares its bodies.
-pub struct Course<'a> {
+pub struct Schedule<'a> {
     /// Bodies from [`Problem::bodies`], if already prepared.
     pub bodies: Option<&'a Bodies>,
     /// Saved states of an earlier run, one a candidate.
@@ -78,7 +78,7 @@ pub struct Course<'a> {
     pub watch: Arc<Watch>,
 }
 
-impl Default for Course<'_> {
+impl Default for Schedule<'_> {
     fn default() -> Self {
         Self { bodies: None, saved: Vec::new(), watch: Arc::new(|_| true) }
     }
@@ -110,31 +110,31 @@ impl Problem {
     ///
     /// # Errors
     /// [`Refusal::Stopped`] when stopped; a candidate that cannot be fitted.
-    pub fn fit(&self, course: Course<'_>) -> Result<Fitted, Refusal> {
-        let own = if course.bodies.is_none() { self.bodies(None)? } else { None };
-        let bodies = course.bodies.or(own.as_ref()).filter(|_| !self.above.is_empty());
+    pub fn fit(&self, schedule: Schedule<'_>) -> Result<Fitted, Refusal> {
+        let own = if schedule.bodies.is_none() { self.bodies(None)? } else { None };
+        let bodies = schedule.bodies.or(own.as_ref()).filter(|_| !self.above.is_empty());
         let each = self.evaluations as u64 + self.work_above().iter().sum::<u64>();
         let (mut candidates, mut excluded, mut made) = (Vec::new(), Vec::new(), Vec::new());
         let (mut searching, mut correcting) = (Duration::ZERO, vec![Duration::ZERO; self.above.len()]);
         let mut warnings = Vec::new();
         // What a fidelity level takes for its own errors is not reckoned with, and goes no step back.
         let furthest = Arc::new(AtomicU64::new(0));
-        let mut saved = course.saved.into_iter();
+        let mut saved = schedule.saved.into_iter();
         for (number, candidate) in self.candidates.iter().enumerate() {
             let done = number as u64 * each;
-            let (watched, furthest) = (Arc::clone(&course.watch), Arc::clone(&furthest));
+            let (watched, furthest) = (Arc::clone(&schedule.watch), Arc::clone(&furthest));
             let watch: Arc<Watch> = Arc::new(move |work| {
                 let before = furthest.fetch_max(done + work, Ordering::Relaxed);
                 watched(before.max(done + work))
             });
             let levels = fit_levels(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
-            let FittedLevels { made: runs, fit, searching: took, correcting: rungs, warnings: said } = levels;
+            let FittedLevels { made: runs, fit, searching: took, correcting: fidelities, warnings: said } = levels;
             searching += took;
-            correcting.iter_mut().zip(rungs).for_each(|(all, took)| *all += took);
+            correcting.iter_mut().zip(fidelities).for_each(|(all, took)| *all += took);
             warnings.extend(said);
             match fit {
                 Ok(fit) => {
-                    let (forward, upper) = (runs.joint.first().clone(), runs.rungs.last().cloned());
+                    let (forward, upper) = (runs.joint.first().clone(), runs.fidelities.last().cloned());
                     candidates.push(FittedCandidate { candidate: candidate.clone(), fit, forward, upper });
                 }
                 Err(error @ FitError::TooFewRuns { .. }) if candidate.mount.is_some() && self.candidates.len() > 1 => {
@@ -146,7 +146,7 @@ impl Problem {
                 }
             }
             made.push(runs);
-            let _ = (course.watch)(done + each);
+            let _ = (schedule.watch)(done + each);
         }
         if candidates.is_empty() {
             let reasons: Vec<String> =
@@ -193,8 +193,8 @@ impl FittedCandidate {
             fitted_features: fitted_features(problem.lead(), fit, 0),
             records: records(problem, fit),
             lobes: outcome::lobes(fit),
-            rungs: self.rungs(problem),
-            rung_differences: differences.map(difference).collect(),
+            fidelities: self.fidelities(problem),
+            fidelity_differences: differences.map(difference).collect(),
             evaluations: fit.total_runs() as u64,
             failed_runs: fit.total_failed() as u64,
             failures: outcome::failures(fit),
@@ -209,24 +209,24 @@ impl FittedCandidate {
 
     /// Result of each fidelity level, lowest first, with its expected features at the answer.
     #[must_use]
-    pub fn rungs(&self, problem: &Problem) -> Vec<RungOutcome> {
+    pub fn fidelities(&self, problem: &Problem) -> Vec<FidelityOutcome> {
         let comparison = &problem.lead().comparison;
         let names = comparison.names();
-        let features = |z: &dyn Fn(usize) -> Option<(f64, Option<f64>)>| -> BTreeMap<String, RungFeature> {
+        let features = |z: &dyn Fn(usize) -> Option<(f64, Option<f64>)>| -> BTreeMap<String, FidelityFeature> {
             let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
                 let (z, scatter) = z(index)?;
                 let unit = comparison.unit(index).to_owned();
-                Some((name.to_string(), RungFeature { value: comparison.amplitude(index, z)?, scatter, unit }))
+                Some((name.to_string(), FidelityFeature { value: comparison.amplitude(index, z)?, scatter, unit }))
             };
             names.iter().enumerate().filter_map(feature).collect()
         };
-        let mut rungs = Vec::new();
+        let mut fidelities = Vec::new();
         if let Some(below) = &self.fit.below {
             let of_upper = |index: usize| {
                 let fidelity = below.differences.get(index)?;
                 Some((fidelity.upper, Some(fidelity.upper_scatter)))
             };
-            rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&of_upper)));
+            fidelities.push(FidelityOutcome::of(problem.model(), &self.fit, features(&of_upper)));
             let models = problem.above.iter().rev().skip(1).chain([&ModelKind::Chain]);
             let fits = std::iter::successors(self.fit.below.as_ref(), |below| below.fit.below.as_ref());
             for (kind, below) in models.zip(fits) {
@@ -234,17 +234,17 @@ impl FittedCandidate {
                     let fidelity = below.differences.get(index)?;
                     Some((fidelity.lower, Some(fidelity.lower_scatter)))
                 };
-                rungs.push(RungOutcome::of(kind.name(), &below.fit, features(&of_lower)));
+                fidelities.push(FidelityOutcome::of(kind.name(), &below.fit, features(&of_lower)));
             }
-            rungs.reverse();
+            fidelities.reverse();
         } else {
             let expected = |index: usize| {
                 let scatter = *self.fit.scatter.get(index)?;
                 Some((comparison.features.get(index)? + self.fit.deviations.get(index)? * scatter, Some(scatter)))
             };
-            rungs.push(RungOutcome::of(problem.model(), &self.fit, features(&expected)));
+            fidelities.push(FidelityOutcome::of(problem.model(), &self.fit, features(&expected)));
         }
-        rungs
+        fidelities
     }
 }
 
@@ -268,7 +268,7 @@ impl Fitted {
 
     /// Its runs and their models.
     #[must_use]
-    pub fn best_made(&self) -> &Made {
+    pub fn best_made(&self) -> &FitRuns {
         let key = self.best().candidate.key();
         let of_best = self.made.iter().position(|made| made.runs.candidate == key);
         &self.made[of_best.unwrap_or(0)]
@@ -278,7 +278,7 @@ impl Fitted {
     /// further searches on the chain, reported to `watch`.
     #[must_use]
     pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
-        let (best, shot) = (self.best(), problem.lead());
+        let (best, recorded_run) = (self.best(), problem.lead());
         if best.fit.verdict == Verdict::WithinScatter
             || best.fit.verdict == Verdict::NotConverged && best.fit.agreement.p >= DOUBTFUL
         {
@@ -287,11 +287,11 @@ impl Fitted {
         let case = Case {
             scene: &chain_below(best.candidate.scene()),
             laws: best.forward.laws(),
-            comparison: &shot.comparison,
-            trace: shot.measured.trace(),
-            noise: shot.bench.drive.as_ref().and_then(RecordedDrive::noise),
+            comparison: &recorded_run.comparison,
+            trace: recorded_run.measured.trace(),
+            noise: recorded_run.bench.drive.as_ref().and_then(RecordedDrive::noise),
             parameters: &best.fit.parameters,
-            uncertainty: shot.uncertainty,
+            uncertainty: recorded_run.uncertainty,
             seed: problem.seed,
             fit: &best.fit,
             watch,
@@ -345,7 +345,8 @@ impl Fitted {
         statements.extend(statement::together(fit, &problem.labels()));
         statements.extend(statement::crosstalk(fit, &problem.labels()));
         if lead.uncertainty.repeats > 1 {
-            let comparisons: Vec<_> = problem.shots.iter().map(|shot| &shot.comparison).collect();
+            let comparisons: Vec<_> =
+                problem.recorded_runs.iter().map(|recorded_run| &recorded_run.comparison).collect();
             statements.extend(statement::repeated(fit, &comparisons, &problem.labels()));
         }
         statements.extend(match (&lead.bench.drive, lead.measured.features()) {
@@ -397,7 +398,7 @@ impl Problem {
             preferred_mount: None,
             excluded: BTreeMap::new(),
             diagnosis: Vec::new(),
-            masked: self.shots.iter().flat_map(Shot::masked).collect(),
+            masked: self.recorded_runs.iter().flat_map(RecordedRun::masked).collect(),
             warnings: self.warnings(),
             assumptions: self.assumptions.clone(),
         }
@@ -409,8 +410,8 @@ fn decision(named: Option<String>) -> String {
 }
 
 /// Compared features of a record; its deviations in `fit` start at number `first`.
-fn fitted_features(shot: &Shot, fit: &Fit, first: usize) -> BTreeMap<String, FittedFeature> {
-    let comparison = &shot.comparison;
+fn fitted_features(recorded_run: &RecordedRun, fit: &Fit, first: usize) -> BTreeMap<String, FittedFeature> {
+    let comparison = &recorded_run.comparison;
     let names = comparison.names();
     let compared = names.iter().enumerate().filter(|(index, _)| comparison.weights[*index] > 0.0);
     let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
@@ -423,14 +424,14 @@ fn fitted_features(shot: &Shot, fit: &Fit, first: usize) -> BTreeMap<String, Fit
 fn records(problem: &Problem, fit: &Fit) -> Vec<RecordOutcome> {
     let quoted = fit.verdict.explains();
     let mut first = 0;
-    let shares = problem.labels().into_iter().zip(&fit.shares).zip(&problem.shots);
-    let record = |((label, share), shot): ((String, &super::multi_record::Share), &Shot)| {
-        let fitted_features = fitted_features(shot, fit, first);
-        first += shot.comparison.features.len();
+    let shares = problem.labels().into_iter().zip(&fit.shares).zip(&problem.recorded_runs);
+    let record = |((label, share), recorded_run): ((String, &super::multi_record::Share), &RecordedRun)| {
+        let fitted_features = fitted_features(recorded_run, fit, first);
+        first += recorded_run.comparison.features.len();
         RecordOutcome {
             label,
-            measured: shot.measured.path().display().to_string(),
-            overrides: shot.bench.overrides.clone(),
+            measured: recorded_run.measured.path().display().to_string(),
+            overrides: recorded_run.bench.overrides.clone(),
             p_value: share.p,
             misfit: share.misfit,
             correlation: share.correlation,
@@ -445,12 +446,12 @@ fn records(problem: &Problem, fit: &Fit) -> Vec<RecordOutcome> {
 /// The records and their drives by role: `measured`, `drive`, of a second record `measured-2`, `drive-2` and so on.
 fn inputs(problem: &Problem) -> BTreeMap<String, InputDigest> {
     let mut inputs = BTreeMap::new();
-    for (number, shot) in problem.shots.iter().enumerate() {
+    for (number, recorded_run) in problem.recorded_runs.iter().enumerate() {
         let role = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
-        let (path, sha256) = (shot.measured.path(), shot.measured.sha256());
-        let measured = InputDigest::read_with(path, sha256, RecordKind::Vibrometer, &shot.options);
+        let (path, sha256) = (recorded_run.measured.path(), recorded_run.measured.sha256());
+        let measured = InputDigest::read_with(path, sha256, RecordKind::Vibrometer, &recorded_run.options);
         inputs.insert(role("measured"), measured);
-        if let Some(RecordedDrive { input: Input { path, sha256 }, options, .. }) = &shot.bench.drive {
+        if let Some(RecordedDrive { input: Input { path, sha256 }, options, .. }) = &recorded_run.bench.drive {
             inputs.insert(role("drive"), InputDigest::read_with(path, sha256, RecordKind::HornTip, options));
         }
     }

@@ -14,15 +14,15 @@ use super::{
     fingerprints::CandidateRuns,
     fit::{Fit, FitError, answer, corrected, paired, searched},
     forward::{Forward, Run, Watch},
-    kept::KeptPlace,
     likelihood::TrainingRuns,
     multi_record::MultiRecord,
     parameter::Parameter,
     plan::Likelihood,
     problem::Problem,
+    recorded_run::RecordedRun,
     refusal::Refusal,
+    run_store::RunFile,
     search::Search,
-    shot::Shot,
     waveform::{self, Compared, QUANTILE},
 };
 
@@ -33,7 +33,7 @@ pub struct SavedFit {
     /// For each fidelity level above the chain, lowest first.
     corrections: Vec<(SearchCheckpoint, Option<Correction>)>,
     /// Store of the runs of the highest fidelity level.
-    kept: Option<KeptPlace>,
+    kept: Option<RunFile>,
 }
 
 impl SavedFit {
@@ -45,7 +45,7 @@ impl SavedFit {
     pub fn restore(
         search: SearchCheckpoint,
         corrections: Vec<SearchCheckpoint>,
-        kept: Option<KeptPlace>,
+        kept: Option<RunFile>,
     ) -> Result<Self, CheckpointError> {
         let found = search.restore()?;
         let restored = |checkpoint: SearchCheckpoint| Ok((checkpoint.clone(), checkpoint.restore()?));
@@ -55,12 +55,12 @@ impl SavedFit {
 }
 
 /// The runs of one candidate, and the models that make them.
-pub struct Made {
+pub struct FitRuns {
     pub runs: CandidateRuns,
     /// Forward models of the search.
     pub joint: MultiRecord,
     /// Fidelity levels of the corrections, lowest first.
-    pub rungs: Vec<FidelityLevel>,
+    pub fidelities: Vec<FidelityLevel>,
 }
 
 /// Most times that a box is widened.
@@ -76,7 +76,7 @@ struct Narrow {
 }
 
 pub(super) struct FittedLevels {
-    pub(super) made: Made,
+    pub(super) made: FitRuns,
     /// Fit of its top fidelity level, or why there is none.
     pub(super) fit: Result<Fit, FitError>,
     pub(super) searching: Duration,
@@ -161,12 +161,12 @@ pub(super) fn fit_levels(
             return Err(Refusal::Stopped);
         }
     };
-    let rungs = bodies.map_or_else(Vec::new, |bodies| bodies.rungs(joint.first(), candidate.scene()));
-    let mut made = Made { runs, joint, rungs };
+    let fidelities = bodies.map_or_else(Vec::new, |bodies| bodies.fidelities(joint.first(), candidate.scene()));
+    let mut made = FitRuns { runs, joint, fidelities };
     let searching = started.elapsed();
     let (mut correcting, mut warnings) = (Vec::new(), Vec::new());
     let mut fit = match fit {
-        Ok(fit) if !made.rungs.is_empty() => fit,
+        Ok(fit) if !made.fidelities.is_empty() => fit,
         fit => {
             let fit = match problem.likelihood {
                 Likelihood::Waveform => fit.map(|fit| with_waveform(problem, &made.joint, &search, fit)),
@@ -178,15 +178,15 @@ pub(super) fn fit_levels(
             return Ok(FittedLevels { made, fit, searching: started.elapsed(), correcting, warnings });
         }
     };
-    if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.rungs.pop()?))) {
+    if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.fidelities.pop()?))) {
         let [own, finer] = [kept.open(), kept.finer().open()].map(|kept| kept.map(Arc::new));
         let (own, finer) = (own.map_err(Refusal::Kept)?, finer.map_err(Refusal::Kept)?);
         warnings.extend(own.damage().into_iter().chain(finer.damage()));
-        made.rungs.push(top.keeping(own, finer));
+        made.fidelities.push(top.keeping(own, finer));
     }
     let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
     let mut states = saved.corrections.into_iter();
-    for (number, fidelity) in made.rungs.iter().enumerate() {
+    for (number, fidelity) in made.fidelities.iter().enumerate() {
         let before = made.runs.before(number);
         let done = budget as u64 + reckoned[..number].iter().sum::<u64>();
         if !watch(done) {
@@ -210,7 +210,8 @@ pub(super) fn fit_levels(
         corrections.push(correction);
         correcting.push(started.elapsed());
     }
-    if let (Likelihood::Waveform, Some(top), Some(pairs)) = (problem.likelihood, made.rungs.last(), corrections.last())
+    if let (Likelihood::Waveform, Some(top), Some(pairs)) =
+        (problem.likelihood, made.fidelities.last(), corrections.last())
     {
         let started = Instant::now();
         fit = with_waveform_above(problem, made.joint.first(), top, &pairs.training(pairs.pairs.len()), fit);
@@ -232,14 +233,18 @@ pub(super) fn fit_levels(
 }
 
 /// The waveform of a record with what makes its runs; `None` where it has none.
-fn compared<'a>(shot: &'a Shot, forward: &'a Forward) -> Option<Compared<'a>> {
-    let noise = shot.bench.drive.as_ref().and_then(RecordedDrive::noise);
-    Some(Compared { forward, noise, trace: shot.measured.trace()?, difference: None })
+fn compared<'a>(recorded_run: &'a RecordedRun, forward: &'a Forward) -> Option<Compared<'a>> {
+    let noise = recorded_run.bench.drive.as_ref().and_then(RecordedDrive::noise);
+    Some(Compared { forward, noise, trace: recorded_run.measured.trace()?, difference: None })
 }
 
 /// A fit on the chain combined with the waveforms of its records, if all have one.
 fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit) -> Fit {
-    let compared = problem.shots.iter().zip(joint.records()).map(|(shot, forward)| compared(shot, forward));
+    let compared = problem
+        .recorded_runs
+        .iter()
+        .zip(joint.records())
+        .map(|(recorded_run, forward)| compared(recorded_run, forward));
     let training = search.training(search.runs.len());
     let known = fit.elite(&training);
     match compared.collect::<Option<Vec<_>>>().and_then(|records| waveform::fit(records, &known, problem.seed)) {
@@ -274,11 +279,12 @@ pub(super) fn joint(
 ) -> Result<MultiRecord, Refusal> {
     let laws = bodies.and_then(|bodies| bodies.laws.as_ref());
     let mut joint: Option<MultiRecord> = None;
-    for (shot, scene) in problem.shots.iter().zip(&candidate.scenes) {
-        let (parameters, comparison) = (candidate.parameters.clone(), shot.comparison.clone());
+    for (recorded_run, scene) in problem.recorded_runs.iter().zip(&candidate.scenes) {
+        let (parameters, comparison) = (candidate.parameters.clone(), recorded_run.comparison.clone());
         let watch = Arc::clone(watch);
         let scene = chain_below(scene);
-        let forward = Forward::with_laws(&scene, laws, parameters, comparison, shot.uncertainty, problem.seed, watch)?;
+        let forward =
+            Forward::with_laws(&scene, laws, parameters, comparison, recorded_run.uncertainty, problem.seed, watch)?;
         joint = Some(match joint {
             None => forward.into(),
             Some(joint) => joint.and(forward),

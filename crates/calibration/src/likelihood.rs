@@ -324,7 +324,7 @@ pub(super) mod tests {
     use super::*;
 
     /// Runs whose features are linear in the position with normal scatter: the regression must find both.
-    pub(in super::super) fn linear_cloud(scatter: f64) -> (TrainingRuns, [f64; 2]) {
+    pub(in super::super) fn linear_training(scatter: f64) -> (TrainingRuns, [f64; 2]) {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let truth = [0.4, 0.6];
         let features = |at: &[f64]| [2.0 * at[0] - at[1], at[0] + 3.0 * at[1]];
@@ -346,7 +346,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_regression_is_exact_for_features_linear_in_the_parameters() {
-        let (training, truth) = linear_cloud(0.0);
+        let (training, truth) = linear_training(0.0);
         let local = training.regress(&truth).unwrap();
         // The ridge of 1e-4 is all that is between the fit and the truth.
         assert!(local.deviation.iter().all(|deviation| deviation.abs() < 1e-4), "{:?}", local.deviation);
@@ -355,7 +355,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_scatter_of_a_single_run_is_recovered() {
-        let (training, truth) = linear_cloud(0.05);
+        let (training, truth) = linear_training(0.05);
         let local = training.regress(&truth).unwrap();
         // A standard deviation from about 26 effective runs is good to 1/√52 = 14 %; three of that.
         assert!(local.scatter.iter().all(|scatter| (scatter / 0.05 - 1.0).abs() < 0.42), "{:?}", local.scatter);
@@ -363,7 +363,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_likelihood_is_largest_near_the_truth_and_falls_away_from_it() {
-        let (training, truth) = linear_cloud(0.05);
+        let (training, truth) = linear_training(0.05);
         let at = |x: f64, y: f64| training.log_likelihood(&[x, y]);
         let best = at(truth[0], truth[1]);
         for (x, y) in [(0.6, 0.6), (0.2, 0.6), (0.4, 0.8), (0.4, 0.4)] {
@@ -373,7 +373,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_feature_of_weight_zero_says_nothing() {
-        let (training, truth) = linear_cloud(0.05);
+        let (training, truth) = linear_training(0.05);
         let mut blind = training.clone();
         blind.weights = vec![1.0, SMALLEST_WEIGHT];
         // Along 2x − y = const the first feature does not change.
@@ -385,7 +385,7 @@ pub(super) mod tests {
 
     #[test]
     fn records_that_share_the_parameters_add_their_likelihoods() {
-        let (training, truth) = linear_cloud(0.05);
+        let (training, truth) = linear_training(0.05);
         let joint = training.clone().parted(&[1, 1]);
         for at in [truth, [0.45, 0.55], [0.3, 0.7]] {
             let alone: f64 = (0..2).map(|record| joint.of_record(record).log_likelihood(&at)).sum();

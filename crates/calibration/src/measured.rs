@@ -6,7 +6,7 @@ use super::{
     comparison::Comparison,
     drive::{RecordedDrive, displacement},
     observation::{Observation, Recording},
-    printed::Printed,
+    printed::PublishedComparison,
     refusal::Refusal,
 };
 use granchain_model::scene::Scene;
@@ -37,7 +37,7 @@ pub struct MeasuredRecord {
 #[derive(Debug, Clone)]
 pub struct MeasuredFeatures {
     pub published: PublishedFeatures,
-    pub printed: Printed,
+    pub printed: PublishedComparison,
 }
 
 /// Whether a file holds published features.
@@ -61,8 +61,8 @@ impl Measured {
         if is_published(path) {
             let published = PublishedFeatures::read(path)?;
             let window = Window::of_drive(&displacement(scene), scene.drive.frequency).map_err(Refusal::NoWindow)?;
-            let printed = Printed::new(&published, scene.drive.frequency, window)
-                .map_err(|source| Refusal::Printed { path: path.into(), source })?;
+            let printed = PublishedComparison::new(&published, scene.drive.frequency, window)
+                .map_err(|source| Refusal::Mismatch { path: path.into(), source })?;
             assumptions.extend(printed.assumptions().into_iter().map(|text| format!("{}: {text}", path.display())));
             return Ok(Self::Published(Box::new(MeasuredFeatures { published, printed })));
         }

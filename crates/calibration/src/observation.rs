@@ -10,8 +10,8 @@ use granchain_signal::{
     CausalShape, Gap, InstrumentResponse, LowPass, NoiseSpectrum, Resampler, ResponseTable, Series,
     feature::{
         Measurand,
+        alignment::{Strength, onset_threshold},
         fingerprint::{FeatureSet, Fingerprint, FingerprintError, Placed, SAMPLES_PER_CYCLE},
-        landmark::{Strength, onset_threshold},
     },
     mean_and_rms,
 };
@@ -55,7 +55,7 @@ pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
 const DENSEST: f64 = 16.0 * HIGHEST_CUTOFF;
 
 /// Assumed number of independent samples behind the noise estimate of a record without quiet samples.
-const UNTOLD_FREEDOM: f64 = 20.0;
+const UNSTATED_FREEDOM: f64 = 20.0;
 
 /// Fewest averaged samples at rest for a noise estimate.
 const FEWEST_QUIET: usize = 25;
@@ -422,8 +422,8 @@ impl Observation {
         };
         let nuggets = fingerprint.early().into_iter().zip(&fingerprint.names()).map(nugget).collect();
         let Recording { bandwidth, clipped, .. } = *recording;
-        let landmark = fingerprint.landmark_time(&trace)?;
-        let masked = recording.masked.iter().map(|gap| gap.later(-landmark)).collect();
+        let alignment = fingerprint.alignment_time(&trace)?;
+        let masked = recording.masked.iter().map(|gap| gap.later(-alignment)).collect();
         Ok(Self {
             trace,
             masked,
@@ -435,7 +435,7 @@ impl Observation {
             noise_density,
             flicker,
             rounding: recording.rounding,
-            noise_freedom: (2.0 * cutoff * recording.quiet as f64 * signal.step).max(UNTOLD_FREEDOM),
+            noise_freedom: (2.0 * cutoff * recording.quiet as f64 * signal.step).max(UNSTATED_FREEDOM),
             averages: recording.averages,
             fingerprint,
             features,

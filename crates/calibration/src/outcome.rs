@@ -117,11 +117,13 @@ pub struct FitOutcome {
     /// Connected parts of the 90 % region, heaviest first.
     pub lobes: Vec<OutcomeLobe>,
     /// Result of each fidelity level, lowest first; the answer is that of `model`.
-    pub rungs: Vec<RungOutcome>,
+    #[serde(rename = "rungs")]
+    pub fidelities: Vec<FidelityOutcome>,
     /// Difference between the top level and the chain in ln of each fitted feature, over pairs of runs with the same
     /// nuisances, and its standard error.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub rung_differences: BTreeMap<String, [f64; 2]>,
+    #[serde(rename = "rung_differences")]
+    pub fidelity_differences: BTreeMap<String, [f64; 2]>,
     /// Runs made, on all fidelity levels.
     pub evaluations: u64,
     /// Runs that failed, on all fidelity levels.
@@ -270,7 +272,7 @@ pub struct OutcomeLobe {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RungOutcome {
+pub struct FidelityOutcome {
     pub model: String,
     pub runs: u64,
     pub failed_runs: u64,
@@ -279,12 +281,12 @@ pub struct RungOutcome {
     /// Its fitted parameters, or those it was run at.
     pub parameters: BTreeMap<String, FittedParameter>,
     /// Its expected features at the answer.
-    pub features: BTreeMap<String, RungFeature>,
+    pub features: BTreeMap<String, FidelityFeature>,
 }
 
 /// Expected value of one fitted feature at the answer on one fidelity level, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RungFeature {
+pub struct FidelityFeature {
     pub value: f64,
     /// Standard deviation of its logarithm over runs; absent for a single run.
     pub scatter: Option<f64>,
@@ -292,10 +294,10 @@ pub struct RungFeature {
     pub unit: String,
 }
 
-impl RungOutcome {
+impl FidelityOutcome {
     /// A fidelity level with a fit of its own.
     #[must_use]
-    pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, RungFeature>) -> Self {
+    pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, FidelityFeature>) -> Self {
         Self {
             model: model.into(),
             runs: fit.runs.len() as u64,
@@ -311,7 +313,7 @@ impl RungOutcome {
     pub fn single(
         model: &str,
         parameters: BTreeMap<String, FittedParameter>,
-        features: BTreeMap<String, RungFeature>,
+        features: BTreeMap<String, FidelityFeature>,
     ) -> Self {
         Self { model: model.into(), runs: 1, failed_runs: 0, verdict: None, parameters, features }
     }

@@ -367,7 +367,7 @@ fn likelihood(training: &TrainingRuns, at: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::likelihood::tests::linear_cloud, *};
+    use super::{super::likelihood::tests::linear_training, *};
 
     fn gaussian(correlation: f64) -> Posterior {
         let cells = 80;
@@ -403,7 +403,7 @@ mod tests {
     fn where_it_carries_weight_a_posterior_is_that_of_the_whole_box() {
         // The second hill is narrower than a cell of the grid over the box.
         for (scatter, low, side, widest) in [(0.05, [0.0; 2], 1.0, 0.5), (0.0, [0.39, 0.59], 0.02, 0.01)] {
-            let (training, _) = linear_cloud(scatter);
+            let (training, _) = linear_training(scatter);
             let found = Posterior::of(&training, 2).unwrap();
             let whole = Posterior::evaluate(&training, low.to_vec(), low.map(|low| low + side).to_vec(), 250).unwrap();
             assert!((found.log_evidence - whole.log_evidence).abs() < 5e-3, "{scatter}");

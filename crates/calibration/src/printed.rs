@@ -102,12 +102,12 @@ impl Meaning {
 
 /// A statement with its name.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PrintedStatement {
+pub struct PublishedStatement {
     pub name: String,
     pub meaning: Meaning,
 }
 
-impl PrintedStatement {
+impl PublishedStatement {
     /// Key of the feature of a published value; `None` for a one-sided statement.
     #[must_use]
     pub fn key(&self) -> Option<String> {
@@ -123,7 +123,7 @@ impl PrintedStatement {
 /// Why published features cannot be compared with a scene.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum PrintedError {
+pub enum PublishedMismatch {
     #[error(
         "the features were published for a drive of {published_hz:.0} Hz, the scene is driven at {scene_hz:.0} Hz; name the \
          right scene or drive, or pass --drive-frequency"
@@ -154,33 +154,33 @@ pub enum ReductionError {
 
 /// All statements of one publication, prepared for comparison with runs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Printed {
-    statements: Vec<PrintedStatement>,
+pub struct PublishedComparison {
+    statements: Vec<PublishedStatement>,
     drive_frequency: f64,
     window: Window,
     cutoff: f64,
     velocity_floor: f64,
 }
 
-impl Printed {
+impl PublishedComparison {
     /// Statements of a publication, for runs driven at `drive_frequency` (Hz) and measured in `window` (model time).
     ///
     /// # Errors
     /// Another drive frequency, or a line that cannot be measured in the window.
-    pub fn new(published: &PublishedFeatures, drive_frequency: f64, window: Window) -> Result<Self, PrintedError> {
+    pub fn new(published: &PublishedFeatures, drive_frequency: f64, window: Window) -> Result<Self, PublishedMismatch> {
         let published_hz = published.drive_frequency;
         if (drive_frequency / published_hz - 1.0).abs() > SAME_FREQUENCY {
-            return Err(PrintedError::DriveFrequency { published_hz, scene_hz: drive_frequency });
+            return Err(PublishedMismatch::DriveFrequency { published_hz, scene_hz: drive_frequency });
         }
         let statements = published
             .features
             .iter()
             .map(|feature| {
                 let meaning = meaning(&feature.name, &feature.statement)
-                    .ok_or_else(|| PrintedError::UnknownFeature { name: feature.name.clone() })?;
-                Ok(PrintedStatement { name: feature.name.clone(), meaning })
+                    .ok_or_else(|| PublishedMismatch::UnknownFeature { name: feature.name.clone() })?;
+                Ok(PublishedStatement { name: feature.name.clone(), meaning })
             })
-            .collect::<Result<Vec<_>, PrintedError>>()?;
+            .collect::<Result<Vec<_>, PublishedMismatch>>()?;
         let cutoff = highest_cutoff(drive_frequency);
         for statement in &statements {
             for ratio in lines(&statement.meaning) {
@@ -188,10 +188,10 @@ impl Printed {
                 let (frequency_hz, limit_hz) = (ratio.value() * drive_frequency, PASSED * cutoff);
                 let periods = frequency_hz * window.duration();
                 if frequency_hz > limit_hz {
-                    return Err(PrintedError::LineTooHigh { name, frequency_hz, limit_hz });
+                    return Err(PublishedMismatch::LineTooHigh { name, frequency_hz, limit_hz });
                 }
                 if periods < MINIMUM_LINE_PERIODS {
-                    return Err(PrintedError::LineTooLow { name, frequency_hz, periods });
+                    return Err(PublishedMismatch::LineTooLow { name, frequency_hz, periods });
                 }
             }
         }
@@ -206,7 +206,7 @@ impl Printed {
 
     /// The statements, in the publication's order.
     #[must_use]
-    pub fn statements(&self) -> &[PrintedStatement] {
+    pub fn statements(&self) -> &[PublishedStatement] {
         &self.statements
     }
 
@@ -389,10 +389,10 @@ mod tests {
 
     const F0: f64 = 73e3;
 
-    fn printed(feature: &str) -> Printed {
+    fn printed(feature: &str) -> PublishedComparison {
         let text = format!("drive_frequency = \"73 kHz\"\n[[feature]]\n{feature}");
         let published = PublishedFeatures::from_bytes(Path::new("features.toml"), text.as_bytes()).unwrap();
-        Printed::new(&published, F0, Window::new(100e-6, 600e-6)).unwrap()
+        PublishedComparison::new(&published, F0, Window::new(100e-6, 600e-6)).unwrap()
     }
 
     /// A drive line of 0.2 m/s with lines at 1/3 and 1/2 of the given ratios to it.
@@ -452,11 +452,14 @@ mod tests {
         let text = "drive_frequency = \"73 kHz\"\n[[feature]]\nname = \"line_15\"\npresent = true";
         let published = PublishedFeatures::from_bytes(Path::new("features.toml"), text.as_bytes()).unwrap();
         let long = Window::new(0.0, 500e-6);
-        assert!(matches!(Printed::new(&published, F0, long), Err(PrintedError::LineTooHigh { .. })));
-        assert!(matches!(Printed::new(&published, 50e3, long), Err(PrintedError::DriveFrequency { .. })));
+        assert!(matches!(PublishedComparison::new(&published, F0, long), Err(PublishedMismatch::LineTooHigh { .. })));
+        assert!(matches!(
+            PublishedComparison::new(&published, 50e3, long),
+            Err(PublishedMismatch::DriveFrequency { .. })
+        ));
         let text = text.replace("line_15", "line_1/3");
         let published = PublishedFeatures::from_bytes(Path::new("features.toml"), text.as_bytes()).unwrap();
         let short = Window::new(0.0, 10.0 / F0);
-        assert!(matches!(Printed::new(&published, F0, short), Err(PrintedError::LineTooLow { .. })));
+        assert!(matches!(PublishedComparison::new(&published, F0, short), Err(PublishedMismatch::LineTooLow { .. })));
     }
 }

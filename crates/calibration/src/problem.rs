@@ -18,17 +18,17 @@ use super::{
     fidelity::Bodies,
     fingerprints::Names,
     fit::Fit,
-    kept::KeptPlace,
     ladder::SavedFit,
     likelihood::misfit,
     measured::{Measured, is_published},
     multi_record::{TESTED_TOGETHER, at_one_frequency},
     parameter::{Parameter, ParameterError},
     plan::{Asked, Likelihood, Plan, ReadAs, RecordPlan},
+    recorded_run::{RecordedRun, RecordedRunPlan, Source, labels, refuse_twice},
     refusal::{Contradiction, Refusal},
+    run_store::RunFile,
     search::EVALUATION_RANGE,
     search::Search,
-    shot::{Shot, ShotPlan, Source, labels, refuse_twice},
     uncertainty::{StatedUncertainty, in_words},
 };
 use granchain_model::{
@@ -59,7 +59,7 @@ pub fn program() -> String {
 pub struct Problem {
     pub quantity: Measurand,
     /// The records, at least one; the first one leads.
-    pub shots: Vec<Shot>,
+    pub recorded_runs: Vec<RecordedRun>,
     pub candidates: Vec<Candidate>,
     /// Models above the chain, in order; the last one answers.
     pub above: Vec<ModelKind>,
@@ -106,10 +106,10 @@ impl Plan {
     }
 
     /// Checks that need no record.
-    fn check(&self, asked: &[ShotPlan]) -> Result<(), Refusal> {
+    fn check(&self, asked: &[RecordedRunPlan]) -> Result<(), Refusal> {
         let Some(lead) = asked.first() else { return Err(Contradiction::NoRecord.into()) };
         let pressure = self.quantity == Some(Measurand::Pressure);
-        let published = asked.iter().map(|shot| shot.source.path()).find(|path| is_published(path));
+        let published = asked.iter().map(|recorded_run| recorded_run.source.path()).find(|path| is_published(path));
         let fitted = self.fitted();
         let unknown = |name: &&String| !Parameter::names().contains(&name.as_str());
         let fits = |name: &str| fitted.iter().any(|fitted| fitted == name);
@@ -153,25 +153,25 @@ impl Problem {
     pub fn read(plan: &Plan) -> Result<Self, Refusal> {
         let records = plan.records()?;
         let preferred = if records.len() > 1 { ModelKind::Chain } else { ModelKind::Reduced };
-        let shot = |record: RecordPlan| {
+        let recorded_run = |record: RecordPlan| {
             let scene = record.scene.as_deref().or(plan.scene.as_deref()).unwrap_or(plan.usual_scene());
             let set = plan.set.iter().chain(&record.set).cloned().collect();
             let ReadAs { measured, drive } = plan.read_as(&record, Asked::default())?;
             let (drive, options) = drive.map_or_else(Default::default, |(file, options, _)| (Some(file), options));
             let how = (RecordedDrive::read_at_plateau as _, &options);
             let bench = Bench::read(scene, set, preferred, drive.as_deref(), how)?;
-            Ok(ShotPlan { source: Source::File(record.measured, Box::new(measured)), bench, origin: None })
+            Ok(RecordedRunPlan { source: Source::File(record.measured, Box::new(measured)), bench, origin: None })
         };
-        Self::of(plan, records.into_iter().map(shot).collect::<Result<_, Refusal>>()?)
+        Self::of(plan, records.into_iter().map(recorded_run).collect::<Result<_, Refusal>>()?)
     }
 
     /// A problem from a plan and prepared records and benches; files and scenes named by the plan are ignored.
     ///
     /// # Errors
     /// Whatever is wrong with plan, scene or records.
-    pub fn of(plan: &Plan, asked: Vec<ShotPlan>) -> Result<Self, Refusal> {
+    pub fn of(plan: &Plan, asked: Vec<RecordedRunPlan>) -> Result<Self, Refusal> {
         plan.check(&asked)?;
-        let benches: Vec<&Bench> = asked.iter().map(|shot| &shot.bench).collect();
+        let benches: Vec<&Bench> = asked.iter().map(|recorded_run| &recorded_run.bench).collect();
         let scenes: Vec<Scene> = benches.iter().map(|bench| bench.scene_with(&[])).collect::<Result<_, _>>()?;
         scenes.iter().try_for_each(|scene| Estimate::of(scene).check(&scene.model.limits))?;
         let (scene, quantity) = (&scenes[0], plan.quantity.unwrap_or_default());
@@ -203,8 +203,8 @@ impl Problem {
             }
         }
         let mut further = Vec::new();
-        for (shot, scene) in asked.iter().zip(&scenes).skip(1) {
-            further.push(shot.measured(plan, scene, &mut assumptions)?);
+        for (recorded_run, scene) in asked.iter().zip(&scenes).skip(1) {
+            further.push(recorded_run.measured(plan, scene, &mut assumptions)?);
         }
         let candidates = candidates(plan, &benches, &mut assumptions)?;
         assumptions.push(in_words(&uncertainties[0], &candidates[0].parameters));
@@ -217,9 +217,9 @@ impl Problem {
             return Err(Contradiction::AveragesAbove { averages, model: model.name() }.into());
         }
         refuse_twice(&read.iter().map(|(measured, _)| measured).collect::<Vec<_>>())?;
-        let shots = asked.into_iter().zip(read).zip(uncertainties);
-        let shots: Vec<Shot> = shots
-            .map(|((asked, (measured, comparison)), uncertainty)| Shot {
+        let recorded_runs = asked.into_iter().zip(read).zip(uncertainties);
+        let recorded_runs: Vec<RecordedRun> = recorded_runs
+            .map(|((asked, (measured, comparison)), uncertainty)| RecordedRun {
                 options: asked.source.options().clone(),
                 bench: asked.bench,
                 measured,
@@ -227,10 +227,10 @@ impl Problem {
                 uncertainty,
             })
             .collect();
-        let tested = if shots.len() > 1 { TESTED_TOGETHER } else { Search::tested(plan.fitted().len()) };
+        let tested = if recorded_runs.len() > 1 { TESTED_TOGETHER } else { Search::tested(plan.fitted().len()) };
         Ok(Self {
             quantity,
-            shots,
+            recorded_runs,
             candidates,
             above,
             likelihood,
@@ -242,21 +242,21 @@ impl Problem {
     }
 
     #[must_use]
-    pub fn lead(&self) -> &Shot {
-        &self.shots[0]
+    pub fn lead(&self) -> &RecordedRun {
+        &self.recorded_runs[0]
     }
 
     /// Warnings about the records and their drives: place, observation, consequence, remedy.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        let of = |shot: &Shot| {
-            let drive = shot.bench.warnings().iter().cloned();
-            let place = shot.measured.path().display();
-            let record = shot.measured.warnings().into_iter().map(|text| format!("{place}: {text}"));
+        let of = |recorded_run: &RecordedRun| {
+            let drive = recorded_run.bench.warnings().iter().cloned();
+            let place = recorded_run.measured.path().display();
+            let record = recorded_run.measured.warnings().into_iter().map(|text| format!("{place}: {text}"));
             record.chain(drive).collect::<Vec<_>>()
         };
         let mut warnings: Vec<String> = Vec::new();
-        for text in self.shots.iter().flat_map(of) {
+        for text in self.recorded_runs.iter().flat_map(of) {
             // Several records may share a drive.
             if !warnings.contains(&text) {
                 warnings.push(text);
@@ -268,7 +268,7 @@ impl Problem {
     /// Misfit of each run of a fit in units of the scatter at its best; `None` for failed runs.
     #[must_use]
     pub fn misfits(&self, fit: &Fit) -> Vec<Option<f64>> {
-        let compared = || self.shots.iter().map(|shot| &shot.comparison);
+        let compared = || self.recorded_runs.iter().map(|recorded_run| &recorded_run.comparison);
         let weights: Vec<f64> = compared().flat_map(|comparison| comparison.weights.clone()).collect();
         let observed: Vec<f64> = compared().flat_map(|comparison| comparison.features.clone()).collect();
         let total: f64 = weights.iter().sum();
@@ -281,7 +281,7 @@ impl Problem {
     /// Labels of the records, in order.
     #[must_use]
     pub fn labels(&self) -> Vec<String> {
-        labels(&self.shots.iter().map(|shot| shot.measured.path()).collect::<Vec<_>>())
+        labels(&self.recorded_runs.iter().map(|recorded_run| recorded_run.measured.path()).collect::<Vec<_>>())
     }
 
     #[must_use]
@@ -291,10 +291,10 @@ impl Problem {
 
     #[must_use]
     pub fn names(&self) -> Names {
-        let of = |shot: &Shot| shot.comparison.names().iter().map(ToString::to_string).collect();
+        let of = |recorded_run: &RecordedRun| recorded_run.comparison.names().iter().map(ToString::to_string).collect();
         Names {
             parameters: self.candidates[0].parameters.iter().map(|parameter| parameter.name.clone()).collect(),
-            features: self.shots.iter().map(of).collect(),
+            features: self.recorded_runs.iter().map(of).collect(),
             models: [ModelKind::Chain].iter().chain(&self.above).map(|kind| kind.name().into()).collect(),
         }
     }
@@ -319,7 +319,7 @@ impl Problem {
             let corrections = self.above.iter().map(|kind| checkpoint(format!("{name}-{}.json", kind.name())));
             let slow = self.above.last().filter(|kind| **kind == ModelKind::Fea);
             let kept = slow
-                .map(|kind| KeptPlace { path: folder.join(format!("{name}-{}.jsonl", kind.name())), key: key.clone() });
+                .map(|kind| RunFile { path: folder.join(format!("{name}-{}.jsonl", kind.name())), key: key.clone() });
             SavedFit::restore(checkpoint(format!("{name}.json")), corrections.collect(), kept)
         };
         self.candidates.iter().map(saved).collect()
@@ -328,7 +328,8 @@ impl Problem {
     /// Digest of everything that affects a run; a saved search must have the same one to be continued.
     #[must_use]
     pub fn key(&self, candidate: &Candidate) -> String {
-        let drive = |shot: &Shot| shot.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
+        let drive =
+            |recorded_run: &RecordedRun| recorded_run.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());
         let lead = self.lead();
         let mut text = format!(
             "{} {} {} {} {:?} {:?} {:?} {:?}\n{}\n{:?}",
@@ -343,9 +344,14 @@ impl Problem {
             candidate.scene().to_toml(),
             self.weights,
         );
-        for (shot, scene) in self.shots.iter().zip(&candidate.scenes).skip(1) {
-            let (measured, features) = (shot.measured.sha256(), &shot.comparison.features);
-            text += &format!("\n{measured} {:?} {features:?} {:?}\n{}", drive(shot), shot.uncertainty, scene.to_toml());
+        for (recorded_run, scene) in self.recorded_runs.iter().zip(&candidate.scenes).skip(1) {
+            let (measured, features) = (recorded_run.measured.sha256(), &recorded_run.comparison.features);
+            text += &format!(
+                "\n{measured} {:?} {features:?} {:?}\n{}",
+                drive(recorded_run),
+                recorded_run.uncertainty,
+                scene.to_toml()
+            );
         }
         sha256(text.as_bytes())
     }
@@ -361,11 +367,11 @@ fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradictio
 }
 
 /// Refuses drives and records of different frequencies, for a single record too.
-fn refuse_frequencies(asked: &[ShotPlan], scenes: &[Scene]) -> Result<(), Refusal> {
+fn refuse_frequencies(asked: &[RecordedRunPlan], scenes: &[Scene]) -> Result<(), Refusal> {
     let every = !asked[0].bench.frequency_stated;
     let mut stated = Vec::new();
-    for (number, (shot, scene)) in asked.iter().zip(scenes).enumerate() {
-        let (of_drive, of_record) = (shot.drive_stated(scene), shot.stated().filter(|_| every));
+    for (number, (recorded_run, scene)) in asked.iter().zip(scenes).enumerate() {
+        let (of_drive, of_record) = (recorded_run.drive_stated(scene), recorded_run.stated().filter(|_| every));
         // Of the first the drive says what holds, of the others the record is asked first.
         let (first, second) = if number == 0 { (Some(of_drive), of_record) } else { (of_record, Some(of_drive)) };
         stated.extend(first.into_iter().chain(second));

@@ -12,7 +12,7 @@ use super::{
     multi_record::JointError,
     observation::ObservationError,
     parameter::{Parameter, ParameterError},
-    printed::PrintedError,
+    printed::PublishedMismatch,
     search::EVALUATION_RANGE,
 };
 use granchain_model::{ModelError, scene::SceneError};
@@ -126,7 +126,7 @@ pub enum Refusal {
     #[error("the drive has no analysis window")]
     NoWindow(#[source] FeatureError),
     #[error("{}", path.display())]
-    Printed { path: PathBuf, source: PrintedError },
+    Mismatch { path: PathBuf, source: PublishedMismatch },
     #[error("{}: nothing can be fitted to it", path.display())]
     Observation { path: PathBuf, source: ObservationError },
     #[error(

@@ -7,7 +7,7 @@ use super::{
     fit::{Estimate, Fit, Verdict},
     multi_record::Share,
     parameter::Parameter,
-    printed::Printed,
+    printed::PublishedComparison,
     waveform::WaveformFit,
 };
 use granchain_model::scene::Scene;
@@ -303,9 +303,9 @@ const DRIFT: f64 = 2e-3;
 #[must_use]
 pub(crate) fn repeated(fit: &Fit, comparisons: &[&Comparison], labels: &[String]) -> Vec<String> {
     let (count, features) = (comparisons.len() as f64, comparisons[0].features.len());
-    let compared = |f: &usize| comparisons.iter().all(|shot| shot.weights[*f] > 0.0);
+    let compared = |f: &usize| comparisons.iter().all(|recorded_run| recorded_run.weights[*f] > 0.0);
     let ratio = |f: usize| {
-        let values = || comparisons.iter().map(|shot| shot.features[f]);
+        let values = || comparisons.iter().map(|recorded_run| recorded_run.features[f]);
         let middle = values().sum::<f64>() / count;
         let variance = values().map(|z| (z - middle).powi(2)).sum::<f64>() / (count - 1.0);
         let scatter: f64 = fit.scatter.iter().skip(f).step_by(features).map(|scatter| scatter * scatter).sum();
@@ -351,7 +351,7 @@ const MISSED: f64 = 1.0;
 
 /// Further statements on published features: whether they test the model, and which one-sided ones hold.
 #[must_use]
-pub fn printed(fit: &Fit, printed: &Printed) -> Vec<String> {
+pub fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
     let mut said = Vec::new();
     let (one_sided, values): (Vec<_>, Vec<_>) =
         printed.statements().iter().enumerate().partition(|(_, statement)| statement.meaning.is_one_sided());

@@ -90,7 +90,7 @@ pub enum ModelError {
         "energy balance: expected at most 10 % of the largest energy unaccounted for, found {residual_j:.3e} J of {largest_j:.3e} J; shorten \
          `model.step` or lower `model.tolerance`, and refine the mesh"
     )]
-    EnergyBalance { residual_j: f64, largest_j: f64 },
+    EnergySums { residual_j: f64, largest_j: f64 },
     #[error(
         "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \
          beads or runs, or lift the limits with --no-limits (in a program, `Scene::with_limits`)"
@@ -122,9 +122,9 @@ pub enum ModelError {
     Stopped { time: f64 },
 }
 
-pub fn check_energy(energy: &response::EnergyLedger) -> Result<(), ModelError> {
+pub fn check_energy(energy: &response::EnergyBalance) -> Result<(), ModelError> {
     if energy.is_broken() {
-        return Err(ModelError::EnergyBalance { residual_j: energy.residual_j, largest_j: energy.largest_j });
+        return Err(ModelError::EnergySums { residual_j: energy.residual_j, largest_j: energy.largest_j });
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use granchain::{
-    calibration::{Course, Fitted, fingerprints, fit::Fit, refusal::Refusal},
+    calibration::{Fitted, Schedule, fingerprints, fit::Fit, refusal::Refusal},
     cli::{
         arguments::usage,
         calibrate::{
@@ -173,7 +173,7 @@ fn calibrate(
         timing.stage("prepare");
         let (work, attending) = (job.problem.work(), attendance.clone());
         let watch = Arc::new(move |done| attending.go_on(done, work));
-        let fitted = job.problem.fit(Course { bodies: bodies.as_ref(), saved: Vec::new(), watch })?;
+        let fitted = job.problem.fit(Schedule { bodies: bodies.as_ref(), saved: Vec::new(), watch })?;
         timing.stage("fit");
         let attending = attendance.clone();
         let stop = Stop(Arc::new(move || attending.stops()));

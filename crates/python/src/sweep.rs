@@ -50,7 +50,7 @@ fn sweep(
     let done = attend(py, progress.as_ref(), move |attendance| {
         let axes = axes.iter().map(|axis| Axis::parse(axis)).collect::<Result<_, _>>()?;
         let grid = Grid::new(axes)?;
-        let plan = ensemble.map(|members| EnsemblePlan::new(members, seed));
+        let plan = ensemble.map(|replicates| EnsemblePlan::new(replicates, seed));
         let base = cli::sweep::base(&mut bench, &grid)?;
         cli::sweep::refuse_excess(&bench, &base, &grid, plan.as_ref())?;
         let place = tempfile::tempdir()?;

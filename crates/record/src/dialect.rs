@@ -228,8 +228,8 @@ mod tests {
     fn what_can_be_read_in_two_ways_is_refused_until_a_flag_says_which() {
         let grouped = "t;v\n1,234;2,345\n2,234;3,345\n";
         assert!(detected(grouped, &ReadOptions::default()).unwrap_err().contains("`1,234`"));
-        let told = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
-        assert_eq!(detected(grouped, &told).unwrap().decimal, DecimalSign::Comma);
+        let given = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
+        assert_eq!(detected(grouped, &given).unwrap().decimal, DecimalSign::Comma);
         let mixed = detected("t;v\n0,5;1\n1,5;2.5\n", &ReadOptions::default()).unwrap_err();
         assert!(mixed.starts_with("a.csv:3: expected decimal commas as in line 2, found `2.5`"), "{mixed}");
     }

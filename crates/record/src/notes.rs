@@ -135,14 +135,14 @@ impl Notes {
         }
         let Dialect { delimiter, decimal } = form.dialect;
         if form.dialect != Dialect::default() {
-            let told = match (options.delimiter, options.decimal) {
+            let given = match (options.delimiter, options.decimal) {
                 (None, None) => "taken from the first rows",
                 (Some(_), None) => "delimiter, and the first rows",
                 (None, Some(_)) => "the first rows, and decimal",
                 (Some(_), Some(_)) => "delimiter, decimal",
             };
             let separated = if form.blanks { "blanks" } else { delimiter.name() };
-            self.assume(format!("cells separated by {separated}, {} ({told})", decimal.name()));
+            self.assume(format!("cells separated by {separated}, {} ({given})", decimal.name()));
         }
         if form.trailing {
             self.assume("the delimiter at the end of every row separates nothing".into());

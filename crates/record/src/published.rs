@@ -361,7 +361,7 @@ impl Reader<'_> {
                 let (feature, case) = (name.into(), case.clone());
                 return Err(PublishedError::UnknownCase { path: self.path.into(), line, feature, case });
             }
-            let told = match (&statement, cell.as_ref()) {
+            let given = match (&statement, cell.as_ref()) {
                 (Statement::Value { dimension, .. }, _) => Statement::Value {
                     value: self.quantity(name, cell, feature.unit.as_deref(), *dimension)?,
                     uncertainty: None,
@@ -376,7 +376,7 @@ impl Reader<'_> {
                 }
                 (_, cell) => return Err(self.statement(line, name, "true or false", cell.shown())),
             };
-            printed.insert(case.clone(), told);
+            printed.insert(case.clone(), given);
         }
         Ok(PublishedFeature { name: name.into(), statement, cases: printed, note: feature.note.clone() })
     }

@@ -159,9 +159,9 @@ impl Record {
         if (found - stated).abs() <= stated * f64::max(SAME_FREQUENCY, 0.5 / (cycles * cycles)) {
             return Ok(());
         }
-        let told = self.options.drive_frequency.is_some();
-        let place = if told { "--drive-frequency" } else { "the file's header" };
-        let line = line().filter(|_| !told).map_or_else(String::new, |line| format!(":{line}"));
+        let given = self.options.drive_frequency.is_some();
+        let place = if given { "--drive-frequency" } else { "the file's header" };
+        let line = line().filter(|_| !given).map_or_else(String::new, |line| format!(":{line}"));
         Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), line, stated, place, found })
     }
 

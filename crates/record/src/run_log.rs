@@ -251,7 +251,7 @@ mod tests {
         drop(log);
         let (log, runs) = RunLog::open::<f64>(&path).unwrap();
         assert_eq!(runs, BTreeMap::from([(0, 0.1), (2, 1.0 / 3.0)]));
-        assert!(log.damage().is_some_and(|told| told.contains("runs.jsonl:2:")));
+        assert!(log.damage().is_some_and(|given| given.contains("runs.jsonl:2:")));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::{
     number::{engineering, fixed, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, provenance},
 };
-use granchain_model::response::{Channels, EnergyLedger, ObservedPoint, Response};
+use granchain_model::response::{Channels, EnergyBalance, ObservedPoint, Response};
 use granchain_signal::{
     Series,
     feature::{FeatureError, Features, amplitude_spectrum},
@@ -109,26 +109,26 @@ fn lines_table(features: &Features) -> Table {
 }
 
 /// Where the energy of a run came from and went, and its share of what was supplied.
-pub(crate) fn energy_table(ledger: &EnergyLedger) -> Table {
-    let of = |part: fn(&Channels) -> f64| ledger.channels.as_ref().map(part).filter(|energy| *energy != 0.0);
-    let supplied = (ledger.initial_j + ledger.piston_work_j).abs();
+pub(crate) fn energy_table(balance: &EnergyBalance) -> Table {
+    let of = |part: fn(&Channels) -> f64| balance.channels.as_ref().map(part).filter(|energy| *energy != 0.0);
+    let supplied = (balance.initial_j + balance.piston_work_j).abs();
     let rows = [
         ("work of the horn's source", of(|channels| channels.source_work_j)),
         ("in the horn at the end", of(|channels| channels.horn_j)),
         ("lost in the horn", of(|channels| channels.horn_lost_j)),
-        ("stored at the start (precompression)", Some(ledger.initial_j)),
-        ("work of the piston", Some(ledger.piston_work_j)),
-        ("kinetic energy at the end", Some(ledger.kinetic_j)),
-        ("stored in the contacts at the end", Some(ledger.stored_j)),
-        ("lost in the dashpots", Some(ledger.dissipated_j)),
+        ("stored at the start (precompression)", Some(balance.initial_j)),
+        ("work of the piston", Some(balance.piston_work_j)),
+        ("kinetic energy at the end", Some(balance.kinetic_j)),
+        ("stored in the contacts at the end", Some(balance.stored_j)),
+        ("lost in the dashpots", Some(balance.dissipated_j)),
         ("lost in the bead guide's drag", of(|channels| channels.drag_j)),
         ("lost in friction with the bead guide", of(|channels| channels.friction_j)),
         ("lost where contacts yielded", of(|channels| channels.yielding_j)),
         ("lost within the bodies", of(|channels| channels.material_j)),
-        ("in the disc at the end", ledger.disc_j),
-        ("given to the water", ledger.water_j),
-        ("residual (error of the integrator)", Some(ledger.residual_j)),
-        ("largest energy in the chain", Some(ledger.largest_j)),
+        ("in the disc at the end", balance.disc_j),
+        ("given to the water", balance.water_j),
+        ("residual (error of the integrator)", Some(balance.residual_j)),
+        ("largest energy in the chain", Some(balance.largest_j)),
     ];
     let row = |(name, value): (&str, Option<f64>)| {
         let value = value?;

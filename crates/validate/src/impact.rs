@@ -37,7 +37,7 @@ const MISTAKEN: f64 = 2.0;
 
 /// Result of one synthetic experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ImpactTwin {
+pub struct ImpactSynthetic {
     /// Modulus and loss, SI.
     pub truth: [f64; 2],
     /// Ends of their intervals, SI.
@@ -64,21 +64,22 @@ pub struct ImpactCount {
 
 impl ImpactCount {
     #[must_use]
-    pub fn of(twins: &[ImpactTwin]) -> Self {
-        let holds =
-            |twin: &&ImpactTwin, d: usize| (twin.intervals[d][0]..=twin.intervals[d][1]).contains(&twin.truth[d]);
-        let median = |of: &dyn Fn(&ImpactTwin) -> f64| {
-            let mut values: Vec<f64> = twins.iter().map(of).collect();
+    pub fn of(synthetics: &[ImpactSynthetic]) -> Self {
+        let holds = |synthetic: &&ImpactSynthetic, d: usize| {
+            (synthetic.intervals[d][0]..=synthetic.intervals[d][1]).contains(&synthetic.truth[d])
+        };
+        let median = |of: &dyn Fn(&ImpactSynthetic) -> f64| {
+            let mut values: Vec<f64> = synthetics.iter().map(of).collect();
             values.sort_unstable_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
         };
         Self {
-            count: twins.len(),
-            held: [0, 1].map(|d| twins.iter().filter(|twin| holds(twin, d)).count()),
-            widths: [0, 1].map(|d| median(&|twin| (twin.intervals[d][1] / twin.intervals[d][0]).ln())),
-            errors: [0, 1].map(|d| median(&|twin| (twin.medians[d] / twin.truth[d]).ln().abs())),
-            outside: twins.iter().filter(|twin| twin.verdict == Verdict::OutsideScatter).count(),
-            below_five_percent: twins.iter().filter(|twin| twin.p_value < 0.05).count(),
+            count: synthetics.len(),
+            held: [0, 1].map(|d| synthetics.iter().filter(|synthetic| holds(synthetic, d)).count()),
+            widths: [0, 1].map(|d| median(&|synthetic| (synthetic.intervals[d][1] / synthetic.intervals[d][0]).ln())),
+            errors: [0, 1].map(|d| median(&|synthetic| (synthetic.medians[d] / synthetic.truth[d]).ln().abs())),
+            outside: synthetics.iter().filter(|synthetic| synthetic.verdict == Verdict::OutsideScatter).count(),
+            below_five_percent: synthetics.iter().filter(|synthetic| synthetic.p_value < 0.05).count(),
         }
     }
 }
@@ -87,11 +88,11 @@ impl ImpactCount {
 ///
 /// # Errors
 /// A record or fit that fails, in words: every one is expected to be fitted.
-pub fn impact_twins(numbers: Range<u64>, seed: u64) -> Result<Vec<ImpactTwin>, String> {
-    numbers.map(|number| twin(number, seed).map_err(|reason| format!("record {number}: {reason}"))).collect()
+pub fn impact_synthetic(numbers: Range<u64>, seed: u64) -> Result<Vec<ImpactSynthetic>, String> {
+    numbers.map(|number| synthetic(number, seed).map_err(|reason| format!("record {number}: {reason}"))).collect()
 }
 
-fn twin(number: u64, seed: u64) -> Result<ImpactTwin, String> {
+fn synthetic(number: u64, seed: u64) -> Result<ImpactSynthetic, String> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(number);
     let truth = TRUTHS.map(|(_, [low, high])| low * (high / low).powf(random.random::<f64>()));
@@ -105,7 +106,7 @@ fn twin(number: u64, seed: u64) -> Result<ImpactTwin, String> {
     let fit =
         experiment.checked().and_then(|experiment| experiment.fit(&|| false)).map_err(|error| error.to_string())?;
     let of = |d: usize| &fit.marginals[d];
-    Ok(ImpactTwin {
+    Ok(ImpactSynthetic {
         truth,
         intervals: [0, 1].map(|d| [of(d).low, of(d).high]),
         medians: [0, 1].map(|d| of(d).median),

@@ -7,4 +7,4 @@ pub mod impact;
 pub mod laboratory;
 pub mod page;
 pub mod stress;
-pub mod twins;
+pub mod synthetic;

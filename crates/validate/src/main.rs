@@ -3,9 +3,9 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use granchain_calibration::predict::{Bodies, members::Unwatched};
+use granchain_calibration::predict::{Bodies, replicates::Unwatched};
 use granchain_report::number::{short, significant};
-use granchain_validate::impact::{ImpactCount, impact_twins};
+use granchain_validate::impact::{ImpactCount, impact_synthetic};
 use granchain_validate::stress::{CASES, Check, Limit, StressPlan, run};
 
 #[derive(Debug, Parser)]
@@ -80,8 +80,8 @@ fn main() -> ExitCode {
 
 /// Modulus and loss of the support from synthetic hits.
 fn impact(count: u64, seed: u64) -> ExitCode {
-    let counted = match impact_twins(0..count, seed) {
-        Ok(twins) => ImpactCount::of(&twins),
+    let counted = match impact_synthetic(0..count, seed) {
+        Ok(synthetics) => ImpactCount::of(&synthetics),
         Err(reason) => {
             eprintln!("error: {reason}; every synthetic record is expected to be fitted");
             return ExitCode::FAILURE;

@@ -25,7 +25,7 @@ use granchain_report::page::Files;
 pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Study> {
     let seed = arguments.session.seed();
     let mut plan = if arguments.quick { DissipationPlan::quick(seed) } else { DissipationPlan::whole(seed) };
-    plan.members = arguments.members(plan.members);
+    plan.replicates = arguments.replicates(plan.replicates);
     Ok(Study::new(plan, &arguments.overrides(DEFAULT_MODEL), Bodies::new(arguments.session.cache()))?)
 }
 

@@ -31,8 +31,8 @@ use granchain::cli::{
 use granchain_calibration::predict::{
     Bodies, EnsemblePlan,
     ensemble::STEPS_PER_PERIOD,
-    members::{self, perturbations},
     observation,
+    replicates::{self, perturbations},
 };
 use granchain_model::scene::{ModelKind, Scene};
 use granchain_report::page::Files;
@@ -55,7 +55,7 @@ pub struct Arguments {
     pub quick: bool,
     /// Replicates of each point [default: 16 of paper, 8 of trends, 5 of water, 3 of dissipation; fewer with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
-    pub members: Option<u32>,
+    pub replicates: Option<u32>,
     #[command(flatten)]
     pub output: OutputArguments,
     #[command(flatten)]
@@ -112,8 +112,8 @@ impl Arguments {
     }
 
     /// Replicates asked for, else `usual`.
-    fn members(&self, usual: usize) -> usize {
-        self.members.map_or(usual, |members| members as usize)
+    fn replicates(&self, usual: usize) -> usize {
+        self.replicates.map_or(usual, |replicates| replicates as usize)
     }
 
     /// The command line that makes the same report, without what cannot change it.
@@ -127,8 +127,8 @@ impl Arguments {
         if self.quick {
             text.push_str(" --quick");
         }
-        if let Some(members) = self.members {
-            let _ = write!(text, " --members {members}");
+        if let Some(replicates) = self.replicates {
+            let _ = write!(text, " --members {replicates}");
         }
         if let Some(seed) = self.session.seed {
             let _ = write!(text, " --seed {seed}");
@@ -223,8 +223,8 @@ fn stopped<T>(outcome: Result<T, StudyError>) -> anyhow::Result<T> {
 /// # Errors
 /// When the model cannot run the scene.
 fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Duration> {
-    let members = rayon::current_num_threads() * if scene.model.kind == ModelKind::Chain { 8 } else { 1 };
-    let variations = perturbations(scene, &EnsemblePlan::new(members, 0));
+    let replicates = rayon::current_num_threads() * if scene.model.kind == ModelKind::Chain { 8 } else { 1 };
+    let variations = perturbations(scene, &EnsemblePlan::new(replicates, 0));
     let settings = observation::settings(scene)?;
     // Not counted: made once.
     bodies.prepared(scene)?;
@@ -232,7 +232,7 @@ fn estimate(bodies: &Bodies, scene: &Scene, runs: usize) -> anyhow::Result<Durat
     let decoder = Decoder::of_reconstruction(0);
     let see = |index, velocity: &Series| Portrait::of(&decoder.sees(velocity, index), &settings);
     let hidden = progress::Bar(ProgressBar::hidden());
-    members::run(bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, &hidden, see)?;
+    replicates::run(bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, &hidden, see)?;
     interrupt::check()?;
-    Ok(started.elapsed() * u32::try_from(runs.div_ceil(members)).unwrap_or(u32::MAX))
+    Ok(started.elapsed() * u32::try_from(runs.div_ceil(replicates)).unwrap_or(u32::MAX))
 }

@@ -27,7 +27,7 @@ const RECONSTRUCTION: &[u8] = include_bytes!("../../../measurements/annulus-73kh
 pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Study> {
     let seed = arguments.session.seed();
     let mut plan = if arguments.quick { PaperPlan::quick(seed) } else { PaperPlan::whole(seed) };
-    plan.members = arguments.members(plan.members);
+    plan.replicates = arguments.replicates(plan.replicates);
     Ok(Study::new(plan, &arguments.overrides(DEFAULT_MODEL), Bodies::new(arguments.session.cache()))?)
 }
 

@@ -28,8 +28,8 @@ pub(super) trait Law: Varied + Serialize {
 /// # Errors
 /// Whatever is wrong with the scenes.
 pub(super) fn read<L: Law>(arguments: &Arguments) -> anyhow::Result<Study<L>> {
-    let members = arguments.members(if arguments.quick { 2 } else { 8 });
-    let plan = TrendPlan { members, seed: arguments.session.seed() };
+    let replicates = arguments.replicates(if arguments.quick { 2 } else { 8 });
+    let plan = TrendPlan { replicates, seed: arguments.session.seed() };
     Ok(Study::new(plan, &arguments.overrides(DEFAULT_MODEL), Bodies::new(arguments.session.cache()))?)
 }
 

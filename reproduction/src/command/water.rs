@@ -29,7 +29,7 @@ pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Study> {
         anyhow::bail!("water runs on the chain, not on model `{}`; leave --model away", model.name());
     }
     let mut plan = if arguments.quick { WaterPlan::quick() } else { WaterPlan::whole() };
-    plan.members = arguments.members(plan.members);
+    plan.replicates = arguments.replicates(plan.replicates);
     Ok(Study::new(plan, &arguments.overrides(model), Bodies::new(arguments.session.cache()))?)
 }
 

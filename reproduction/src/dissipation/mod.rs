@@ -23,8 +23,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     decoder::Decoder,
+    instrument::{Instrument, spreads},
     portrait::{Portrait, PortraitMoments, Trait},
-    seen::{Seen, spreads},
 };
 use crate::{
     divided::Divided,
@@ -34,9 +34,9 @@ use crate::{
 use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, Moments, Spread},
-    members::Watch,
     observation,
     published::{MEASURED, PEAK_HALF_DIGIT, Peaks, SWEPT_ALPHAS},
+    replicates::Watch,
 };
 use granchain_model::scene::Scene;
 use granchain_signal::feature::{FeatureSettings, Ratio};
@@ -66,7 +66,8 @@ pub struct DissipationPlan {
     /// Strengths of each effect of a pair, 2, 3 or 5.
     pub paired: usize,
     /// Perturbed runs at each point, ≥ 3.
-    pub members: usize,
+    #[serde(rename = "members")]
+    pub replicates: usize,
     /// Perturbed runs where a candidate is likeliest, at each of three levels of the drive.
     pub confirming: usize,
     pub seed: u64,
@@ -83,7 +84,7 @@ impl DissipationPlan {
     pub fn whole(seed: u64) -> Self {
         let effects = EFFECTS.to_vec();
         let alphas = alphas(2);
-        Self { alphas, alone: 5, paired: 3, members: 3, confirming: 8, seed, printed: MEASURED, effects }
+        Self { alphas, alone: 5, paired: 3, replicates: 3, confirming: 8, seed, printed: MEASURED, effects }
     }
 
     /// α by 0.2, two strengths of each effect of a pair.
@@ -100,7 +101,7 @@ impl DissipationPlan {
 
     fn runs(&self, candidate: &Candidate) -> usize {
         let settings: usize = self.axes(candidate).iter().map(Vec::len).product();
-        settings * self.alphas.len() * self.members + 3 * self.confirming
+        settings * self.alphas.len() * self.replicates + 3 * self.confirming
     }
 }
 
@@ -141,7 +142,7 @@ impl Study {
     /// [`StudyError`].
     pub fn new(plan: DissipationPlan, overrides: &[String], bodies: Bodies) -> Result<Self, StudyError> {
         let least = [
-            ("members", plan.members, 3),
+            ("members", plan.replicates, 3),
             ("confirming runs", plan.confirming, 2),
             ("alphas", plan.alphas.len(), 2),
             ("strengths", plan.alone.min(plan.paired), 2),
@@ -227,9 +228,9 @@ impl Study {
         Ok(DissipationPoint::Candidate(found))
     }
 
-    fn seen(&self) -> Seen<'_> {
+    fn seen(&self) -> Instrument<'_> {
         let decoder = Decoder::of_reconstruction(self.plan.seed);
-        Seen { bodies: &self.bodies, decoder, settings: &self.settings, every: 4 }
+        Instrument { bodies: &self.bodies, decoder, settings: &self.settings, every: 4 }
     }
 
     /// Runs of a scene at the drive's three levels, and [`WATCHED`] of them.
@@ -247,10 +248,10 @@ impl Study {
     }
 
     fn candidate(&self, candidate: &Candidate, watch: &dyn Watch) -> Result<Found, StudyError> {
-        let DissipationPlan { alphas, members, printed, .. } = &self.plan;
+        let DissipationPlan { alphas, replicates, printed, .. } = &self.plan;
         let strengths = self.plan.axes(candidate);
         let settings = product(&strengths);
-        let plan = EnsemblePlan::new(*members, self.plan.seed);
+        let plan = EnsemblePlan::new(*replicates, self.plan.seed);
         let runs = settings
             .par_iter()
             .map(|setting| {
@@ -271,7 +272,7 @@ impl Study {
             return Err(StudyError::Failed { what: candidate.name(), runs, failed, first });
         };
         let jackknife: Option<Vec<f64>> =
-            (0..*members).map(|left_out| weighed(Some(left_out)).map(|(log, _)| log)).collect();
+            (0..*replicates).map(|left_out| weighed(Some(left_out)).map(|(log, _)| log)).collect();
         let (chosen, alpha) = at.split_at(strengths.len());
         let distance = |setting: &Vec<f64>| -> f64 {
             setting.iter().zip(chosen).map(|(own, chosen)| (own / chosen).ln().powi(2)).sum()
@@ -282,9 +283,9 @@ impl Study {
             .iter()
             .zip(&runs)
             .flat_map(|(setting, runs)| {
-                alphas.iter().zip(runs).map(|(alpha, members)| {
-                    let moments = PortraitMoments::of(members);
-                    let failed = reasons(members).len();
+                alphas.iter().zip(runs).map(|(alpha, replicates)| {
+                    let moments = PortraitMoments::of(replicates);
+                    let failed = reasons(replicates).len();
                     let moments = WATCHED.map(|what| moments.get(what));
                     GridPoint { strengths: setting.clone(), alpha: *alpha, moments, failed }
                 })
@@ -394,8 +395,8 @@ fn weigh(
 fn likely(runs: &[Vec<Option<[f64; 2]>>], log_alphas: &[f64], left_out: Option<usize>) -> Vec<Option<TwoPeaks>> {
     let moments: Vec<Option<[Moments; 2]>> = runs
         .iter()
-        .map(|members| {
-            let counted = members.iter().enumerate().filter(|(index, _)| Some(*index) != left_out);
+        .map(|replicates| {
+            let counted = replicates.iter().enumerate().filter(|(index, _)| Some(*index) != left_out);
             let finished: Vec<[f64; 2]> = counted.filter_map(|(_, peaks)| *peaks).collect();
             let of = |peak: usize| Moments::of(finished.iter().map(|peaks| Some(peaks[peak])));
             Some([of(0)?, of(1)?])
@@ -464,7 +465,7 @@ fn rank(candidates: &mut [CandidateOutcome]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_calibration::predict::members::Unwatched;
+    use granchain_calibration::predict::replicates::Unwatched;
 
     /// Peaks (m/s) of a made-up chain: α drives both, an effect that is named `what` weakens the negative one by a law of its own.
     fn made(effects: &[(&str, f64)], alpha: f64) -> [f64; 2] {
@@ -538,7 +539,7 @@ mod tests {
         let plan = DissipationPlan { effects: EFFECTS[6..].to_vec(), ..DissipationPlan::quick(1) };
         let overrides = ["model.kind=chain".to_owned()];
         let study = Study::new(plan, &overrides, Bodies::default()).unwrap();
-        // None, one (3), one (3), both (4 strengths), 7 α and 3 members each, and 12 confirming.
+        // None, one (3), one (3), both (4 strengths), 7 α and 3 replicates each, and 12 confirming.
         assert_eq!(study.runs(), 3 * (21 + 63 + 63 + 84 + 4 * 12) + 12);
         assert_eq!(study.probe(&Unwatched).unwrap(), 9);
         assert_eq!(study.runs(), 3 * (21 + 63 + 2 * 12) + 12);

@@ -51,7 +51,7 @@ impl ChainLengthReport {
                 "The annulus scene of the paper with two to ten beads, {} perturbed runs each on model `{}`, both damping laws at the paper’s α. \
                  A line counts as present from {PRESENT_LEVEL} of the drive line and {PRESENT_PROMINENCE:.0} times the floor around it on; a \
                  response counts as a train of impulses from a crest factor of {} on.",
-                self.plan.members,
+                self.plan.replicates,
                 self.model,
                 fixed(IMPULSIVE_CREST, 2)
             )),

@@ -133,7 +133,7 @@ fn introduction(outcome: &DissipationOutcome) -> String {
         plan.alphas.len(),
         short(first),
         short(last),
-        plan.members,
+        plan.replicates,
         signed(1e3 * plan.printed.positive_m_per_s),
         signed(1e3 * plan.printed.negative_m_per_s),
         plan.confirming,

@@ -49,7 +49,7 @@ impl PrecompressionReport {
                 "The annulus scene of the paper pressed together by a static force before the drive starts, {} perturbed runs each on model \
                  `{}`, both damping laws at the paper’s α. A response counts as a train of impulses from a crest factor of {} on, twice that of \
                  a sine.",
-                self.plan.members,
+                self.plan.replicates,
                 self.model,
                 fixed(IMPULSIVE_CREST, 2)
             )),

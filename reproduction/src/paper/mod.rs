@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     decoder::Decoder,
+    instrument::{Instrument, spreads},
     portrait::{Portrait, PortraitMoments, Trait},
-    seen::{Seen, spreads},
 };
 use crate::{
     divided::Divided,
@@ -24,9 +24,9 @@ use crate::{
 use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, Moments, Spread},
-    members::Watch,
     observation,
     published::SWEPT_ALPHAS,
+    replicates::Watch,
 };
 use granchain_model::{
     ModelError,
@@ -46,11 +46,14 @@ pub struct PaperPlan {
     /// Amplitude scales of the sweep, 1.
     pub alphas: Vec<f64>,
     /// Perturbed runs of each law at its own α and at α ± 1 %, ≥ 2.
-    pub members: usize,
+    #[serde(rename = "members")]
+    pub replicates: usize,
     /// Perturbed runs at each α of the sweep, ≥ 2.
-    pub sweep_members: usize,
+    #[serde(rename = "sweep_members")]
+    pub sweep_replicates: usize,
     /// Perturbed runs of each reading, ≥ 2.
-    pub reading_members: usize,
+    #[serde(rename = "reading_members")]
+    pub reading_replicates: usize,
     pub seed: u64,
     /// Rms of the noise added to the velocity before it is measured, m/s.
     pub noise_rms_m_per_s: f64,
@@ -72,9 +75,9 @@ impl PaperPlan {
         Self {
             // Of whole hundredths, so that 0.5 is the paper's 0.5 and not the next number to it.
             alphas: (0..=count).map(|index| ((first + step * f64::from(index)) * 100.0).round() / 100.0).collect(),
-            members: 16,
-            sweep_members: 4,
-            reading_members: 6,
+            replicates: 16,
+            sweep_replicates: 4,
+            reading_replicates: 6,
             seed,
             noise_rms_m_per_s: decoder.noise_rms,
             bandwidth_hz: decoder.bandwidth,
@@ -87,14 +90,14 @@ impl PaperPlan {
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         let whole = Self::whole(seed);
-        Self { members: 4, sweep_members: 2, reading_members: 8, fea: false, readings_on_chain: true, ..whole }
+        Self { replicates: 4, sweep_replicates: 2, reading_replicates: 8, fea: false, readings_on_chain: true, ..whole }
     }
 
     /// Perturbed runs of the annulus scene on the model of the study, and those of the readings on the chain.
     #[must_use]
     pub fn runs(&self) -> (usize, usize) {
-        let own = LAWS.len() * (3 * self.members + self.sweep_members * self.alphas.len());
-        let readings = LAWS.len() * self.reading_members * reading::ensembles();
+        let own = LAWS.len() * (3 * self.replicates + self.sweep_replicates * self.alphas.len());
+        let readings = LAWS.len() * self.reading_replicates * reading::ensembles();
         if self.readings_on_chain { (own, readings) } else { (own + readings, 0) }
     }
 }
@@ -211,9 +214,9 @@ impl Study {
     /// [`StudyError`].
     pub fn new(plan: PaperPlan, overrides: &[String], bodies: Bodies) -> Result<Self, StudyError> {
         let least = [
-            ("members", plan.members, 2),
-            ("sweep members", plan.sweep_members, 2),
-            ("reading members", plan.reading_members, 2),
+            ("members", plan.replicates, 2),
+            ("sweep members", plan.sweep_replicates, 2),
+            ("reading members", plan.reading_replicates, 2),
             ("alphas", plan.alphas.len(), 1),
         ];
         if let Some((what, found, least)) = least.into_iter().find(|(_, found, least)| found < least) {
@@ -263,7 +266,7 @@ impl Study {
             source => StudyError::Run { what: what(), source },
         })?;
         let velocity = self.decoder.passes(response.observed_velocity());
-        let plan = EnsemblePlan::new(self.plan.members, self.plan.seed);
+        let plan = EnsemblePlan::new(self.plan.replicates, self.plan.seed);
         let levels = self.seen().at(scene, &plan.levels(), &plan, watch)?;
         let energy = response.energy;
         let energy_balance = if energy.largest_j > 0.0 { energy.residual_j.abs() / energy.largest_j } else { 0.0 };
@@ -277,34 +280,34 @@ impl Study {
         let single = Portrait::of(&velocity, &self.settings).map_err(unmeasured)?;
         let window = self.settings.window.unwrap_or_else(|| granchain_signal::feature::Window::whole(&velocity));
         let spectrum = amplitude_spectrum(&velocity, window).map_err(unmeasured)?;
-        let failures = levels.iter().flat_map(|members| reasons(members)).collect();
+        let failures = levels.iter().flat_map(|replicates| reasons(replicates)).collect();
         let own = enough(PortraitMoments::of(&levels[0]), &levels[0], what)?;
         let spreads = spreads(&levels);
         Ok(LawOutcome { law: *law, single, spreads, moments: own, failures, energy_balance, velocity, spectrum })
     }
 
     /// A law over the plan's α.
-    fn sweep(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<Members, StudyError> {
-        let plan = EnsemblePlan::new(self.plan.sweep_members, self.plan.seed);
+    fn sweep(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<Replicates, StudyError> {
+        let plan = EnsemblePlan::new(self.plan.sweep_replicates, self.plan.seed);
         let factors: Vec<f64> = self.plan.alphas.iter().map(|alpha| alpha / law.alpha).collect();
         self.seen().at(scene, &factors, &plan, watch)
     }
 
-    fn sweep_outcome(&self, law: &Law, seen: &Members) -> Result<Vec<SweepPoint>, StudyError> {
-        let points = self.plan.alphas.iter().zip(seen).map(|(&alpha, members)| {
+    fn sweep_outcome(&self, law: &Law, seen: &Replicates) -> Result<Vec<SweepPoint>, StudyError> {
+        let points = self.plan.alphas.iter().zip(seen).map(|(&alpha, replicates)| {
             let what = || format!("{} dampers at α = {alpha}", law.name);
-            Ok(SweepPoint { alpha, moments: enough(PortraitMoments::of(members), members, what)? })
+            Ok(SweepPoint { alpha, moments: enough(PortraitMoments::of(replicates), replicates, what)? })
         });
         points.collect()
     }
 
-    fn seen(&self) -> Seen<'_> {
-        Seen { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings, every: 1 }
+    fn seen(&self) -> Instrument<'_> {
+        Instrument { bodies: &self.bodies, decoder: self.decoder, settings: &self.settings, every: 1 }
     }
 }
 
 /// Portraits of perturbed runs at each of several levels of the drive; one that failed leaves its reason.
-type Members = Vec<Vec<Result<Portrait, String>>>;
+type Replicates = Vec<Vec<Result<Portrait, String>>>;
 
 /// What is kept of a point.
 #[derive(Debug, Serialize, Deserialize)]
@@ -313,7 +316,7 @@ pub enum PaperPoint {
     Rigid(Series),
     /// A law at its own α.
     Law(LawRuns),
-    Sweep(Members),
+    Sweep(Replicates),
     /// A law under a reading, or as it is for comparison; why not, where it could not be run.
     Reading(Result<PortraitMoments, String>),
 }
@@ -324,7 +327,7 @@ pub struct LawRuns {
     /// Velocity of the pole in the unperturbed run within the bandwidth, m/s.
     velocity: Series,
     /// The perturbed ones at each level.
-    levels: Members,
+    levels: Replicates,
     /// Largest energy residual of the unperturbed run over its largest energy, 1.
     energy_balance: f64,
 }
@@ -360,12 +363,12 @@ impl Study {
 
     /// Runs of it; the few without perturbations are not counted.
     fn runs_in(&self, work: Work) -> usize {
-        let PaperPlan { members, sweep_members, reading_members, alphas, .. } = &self.plan;
+        let PaperPlan { replicates, sweep_replicates, reading_replicates, alphas, .. } = &self.plan;
         match work {
             Work::Rigid(_) => 0,
-            Work::Law(_) => 3 * members,
-            Work::Sweep(_) => sweep_members * alphas.len(),
-            Work::Reading(..) => *reading_members,
+            Work::Law(_) => 3 * replicates,
+            Work::Sweep(_) => sweep_replicates * alphas.len(),
+            Work::Reading(..) => *reading_replicates,
         }
     }
 

@@ -15,10 +15,10 @@ use serde::Serialize;
 use super::{Law, Study, moment};
 use crate::failure::{StudyError, enough};
 use crate::{
+    instrument::Instrument,
     portrait::{PortraitMoments, Trait},
-    seen::Seen,
 };
-use granchain_calibration::predict::{ensemble::EnsemblePlan, members::Watch, observation};
+use granchain_calibration::predict::{ensemble::EnsemblePlan, observation, replicates::Watch};
 use granchain_model::scene::ModelKind;
 
 /// One way to read what the paper leaves open.
@@ -182,8 +182,8 @@ fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> 
         study.overrides.iter().cloned().chain(overrides.iter().map(|set| (*set).to_owned())).collect();
     let scene = law.scene(&all)?;
     let settings = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
-    let plan = EnsemblePlan::new(study.plan.reading_members, study.plan.seed);
-    let portraits = Seen { settings: &settings, ..study.seen() }.at(&scene, &[1.0], &plan, watch)?.concat();
+    let plan = EnsemblePlan::new(study.plan.reading_replicates, study.plan.seed);
+    let portraits = Instrument { settings: &settings, ..study.seen() }.at(&scene, &[1.0], &plan, watch)?.concat();
     enough(PortraitMoments::of(&portraits), &portraits, what)
 }
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::failure::StudyError;
-use granchain_calibration::predict::{Bodies, members::Watch};
+use granchain_calibration::predict::{Bodies, replicates::Watch};
 use granchain_model::{
     ModelError,
     scene::{self, ModelKind, SceneError},

@@ -3,9 +3,9 @@
 use std::{fs, process::Command};
 
 use granchain_calibration::predict::Bodies;
-use granchain_calibration::predict::members::Unwatched;
 use granchain_calibration::predict::observation;
 use granchain_calibration::predict::published::Peaks;
+use granchain_calibration::predict::replicates::Unwatched;
 use granchain_reproduction::dissipation::{
     BASES, Candidate, DissipationOutcome, DissipationPlan, EFFECTS, Effect, NOTHING, Study,
 };

@@ -6,15 +6,16 @@ use granchain::feature::{AmplitudeSpectrum, Ratio};
 use granchain::signal::Series;
 use granchain_calibration::predict::Bodies;
 use granchain_calibration::predict::ensemble::Moments;
-use granchain_calibration::predict::members::Unwatched;
 use granchain_calibration::predict::published::{Claim, MEASURED, STATEMENTS};
+use granchain_calibration::predict::replicates::Unwatched;
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::paper::{PaperReport, Reconstruction};
 use granchain_reproduction::paper::{Judgement, LAWS, PaperOutcome, PaperPlan, READINGS, Study, Verdict, judge};
 use granchain_reproduction::portrait::{PortraitMoments, Trait};
 
 fn outcome_on(threads: usize) -> PaperOutcome {
-    let plan = PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], members: 3, reading_members: 2, ..PaperPlan::quick(1) };
+    let plan =
+        PaperPlan { alphas: vec![0.3, 0.5, 1.0, 1.5], replicates: 3, reading_replicates: 2, ..PaperPlan::quick(1) };
     let study = Study::new(plan, &["model.kind=chain".into()], Bodies::new(None)).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| study.run(&Unwatched).unwrap())
@@ -89,7 +90,7 @@ fn the_sweep_at_the_laws_own_alpha_is_the_ensemble_of_that_alpha() {
         let point = sweep.iter().find(|point| point.alpha == law.alpha).unwrap();
         let (swept, alone) =
             (point.moments.get(Trait::PositivePeak).unwrap(), own.spread(Trait::PositivePeak).unwrap());
-        // Two and three members of one seed: their means differ by no more than their scatter and the noise allow.
+        // Two and three replicates of one seed: their means differ by no more than their scatter and the noise allow.
         let allowed = 3.0 * (swept.deviation + alone.scatter) + 2e-3;
         assert!((swept.mean - alone.mean).abs() < allowed, "{} {swept:?} {alone:?}", law.name);
     }

@@ -2,7 +2,7 @@
 
 use granchain::feature::Ratio;
 use granchain_calibration::predict::Bodies;
-use granchain_calibration::predict::members::Unwatched;
+use granchain_calibration::predict::replicates::Unwatched;
 use granchain_reproduction::chain_length::{BEADS, ChainLengths};
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::chain_length::ChainLengthReport;
@@ -11,7 +11,7 @@ use granchain_reproduction::portrait::Trait;
 use granchain_reproduction::precompression::{FORCES, Precompressions};
 use granchain_reproduction::trend::{SPECTRUM_POINTS, SPECTRUM_SPAN, Study, TrendPlan, Varied};
 
-const PLAN: TrendPlan = TrendPlan { members: 2, seed: 1 };
+const PLAN: TrendPlan = TrendPlan { replicates: 2, seed: 1 };
 
 fn on_chain<T: Send>(threads: usize, run: impl FnOnce(&[String]) -> T + Send) -> T {
     let overrides = ["model.kind=chain".to_owned()];

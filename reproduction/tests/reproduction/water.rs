@@ -1,15 +1,15 @@
 //! The study before water, small: what it runs, what it says, what it writes.
 
 use granchain_calibration::predict::Bodies;
-use granchain_calibration::predict::members::{Unwatched, Watch};
+use granchain_calibration::predict::replicates::{Unwatched, Watch};
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::failure::StudyError;
 use granchain_reproduction::page::water::WaterReport;
 use granchain_reproduction::water::{Study, WaterOutcome, WaterPlan, combinations};
 
 /// A burst of 8 cycles and coarse elements: seconds instead of minutes.
-fn study(members: usize) -> Result<Study, StudyError> {
-    let plan = WaterPlan { drives_m: vec![0.4e-6, 1.2e-6], members, soft_side_m: 0.2e-3 };
+fn study(replicates: usize) -> Result<Study, StudyError> {
+    let plan = WaterPlan { drives_m: vec![0.4e-6, 1.2e-6], replicates, soft_side_m: 0.2e-3 };
     let overrides = ["drive.cycles=8", "duration=125 us"].map(str::to_owned);
     Study::new(plan, &overrides, Bodies::default())
 }

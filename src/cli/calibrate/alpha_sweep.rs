@@ -14,16 +14,16 @@ use crate::{
     study::{
         Bodies, EnsemblePlan,
         ensemble::Moments,
-        members::{self, perturbations},
         observation::{Observation, Watched, settings, watched_of},
+        replicates::{self, perturbations},
     },
 };
 
 const POINTS: usize = 21;
 
 /// Perturbed runs a point, of the chain alone (as many as run side by side) and in front of a disc, where a run takes ten times as long.
-const MEMBERS: usize = 8;
-const MEMBERS_ON_DISC: usize = 2;
+const REPLICATES: usize = 8;
+const REPLICATES_ON_DISC: usize = 2;
 
 /// Steps of the chain a drive period: a curve and its scatter are drawn, no slope is taken.
 const STEPS_PER_PERIOD: u32 = 160;
@@ -63,13 +63,13 @@ impl AlphaSweep {
     /// Run `scene`, the fitted values in it, on the chain; what is left once `stop` says so is not run.
     pub fn of(scene: &Scene, measurand: Measurand, seed: u64, stop: &Stop) -> Self {
         let centre = scene.amplitude_scale;
-        let plan = EnsemblePlan::new(if scene.water.is_some() { MEMBERS_ON_DISC } else { MEMBERS }, seed);
+        let plan = EnsemblePlan::new(if scene.water.is_some() { REPLICATES_ON_DISC } else { REPLICATES }, seed);
         let bodies = Bodies::new(None);
         let seen = |scene: &Scene| -> Option<Vec<Observation>> {
             let settings = settings(scene).ok()?;
             let see = |_, trace: &Series| Observation::of_trace(measurand, trace, &settings);
             let variations = perturbations(scene, &plan);
-            let runs = members::run(&bodies, scene, &variations, STEPS_PER_PERIOD, measurand, stop, see);
+            let runs = replicates::run(&bodies, scene, &variations, STEPS_PER_PERIOD, measurand, stop, see);
             Some(runs.ok()?.into_iter().filter_map(Result::ok).collect())
         };
         let points = (0..POINTS)

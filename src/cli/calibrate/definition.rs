@@ -9,8 +9,8 @@ use crate::{
         drive::{BESIDE, Input, RecordedDrive},
         plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
         problem::Problem,
+        recorded_run::{RecordedRunPlan, Source},
         refusal::Refusal,
-        shot::{ShotPlan, Source},
     },
     cli::{
         arguments::{SceneArguments, usage},
@@ -38,7 +38,7 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(P
     let bench = plan.readings.as_ref().map(|bench| Input { path: bench.path.clone(), sha256: bench.sha256.clone() });
     merge(arguments, &mut plan)?;
     let mut assumptions = Vec::new();
-    let shots = records(arguments, &plan, in_memory, &mut assumptions)?;
+    let recorded_runs = records(arguments, &plan, in_memory, &mut assumptions)?;
     let mut fitted = plan.fitted();
     if let Some(alpha) = arguments.scene.alpha
         && fitted.iter().any(|name| name == "alpha")
@@ -47,7 +47,7 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(P
         assumptions.push(format!("alpha fixed at {alpha} by --alpha; fitted: {}", fitted.join(", ")));
         plan.fit = Some(fitted);
     }
-    let mut problem = Problem::of(&plan, shots).map_err(refused)?;
+    let mut problem = Problem::of(&plan, recorded_runs).map_err(refused)?;
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
@@ -110,7 +110,7 @@ fn records(
     plan: &Plan,
     in_memory: &InMemory,
     assumptions: &mut Vec<String>,
-) -> anyhow::Result<Vec<ShotPlan>> {
+) -> anyhow::Result<Vec<RecordedRunPlan>> {
     let (named, usual) = (named(arguments, plan)?, plan.usual_scene());
     let drives = &arguments.scene.drive;
     if drives.len() > 1 && drives.len() != named.len() {
@@ -168,7 +168,7 @@ fn records(
         let mut bench = in_memory.bench(number, scene, &drive_options, several)?;
         bench.limits = arguments.session.limits();
         let source = in_memory.source(number, source, kind, &bench)?;
-        Ok(ShotPlan { source, bench, origin })
+        Ok(RecordedRunPlan { source, bench, origin })
     };
     records.into_iter().enumerate().map(of).collect()
 }

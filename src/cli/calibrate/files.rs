@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::{Job, alpha_sweep::AlphaSweep, ended, manifest, page};
 use crate::{
-    calibration::{Course, Fitted, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
+    calibration::{Fitted, Schedule, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
     report,
     scene::ModelKind,
-    study::{confirmed::Confirmed, members::Watch},
+    study::{predicted::Predictions, replicates::Watch},
 };
 
 /// Asked now and then whether to stop.
@@ -55,16 +55,17 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
         forecast.at(done as f64 / work);
         !interrupt::requested()
     });
-    let fitted = problem.fit(Course { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;
+    let fitted = problem.fit(Schedule { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;
     bar.finish_and_clear();
     for warning in &fitted.warnings {
         session.note(format_args!("warning: {warning}"));
     }
     timing.stage("fit");
     if bodies.is_some() {
-        let rungs = problem.above.iter().zip(&fitted.correcting).map(|(kind, took)| (kind.name(), took.as_secs_f64()));
+        let fidelities =
+            problem.above.iter().zip(&fitted.correcting).map(|(kind, took)| (kind.name(), took.as_secs_f64()));
         let chain = (ModelKind::Chain.name(), fitted.searching.as_secs_f64());
-        timing.breakdown("fit", &std::iter::once(chain).chain(rungs).collect::<Vec<_>>());
+        timing.breakdown("fit", &std::iter::once(chain).chain(fidelities).collect::<Vec<_>>());
     }
     Ok(fitted)
 }
@@ -77,14 +78,14 @@ impl Files {
         let asked = stop.clone();
         let watch = Arc::new(move |_| !asked.stop());
         // The accurate run has one thread alone: the sweep takes what that leaves.
-        let (confirmed, alpha_sweep) = rayon::join(
-            || Confirmed::of(problem, fitted, session.cache(), watch),
+        let (predicted, alpha_sweep) = rayon::join(
+            || Predictions::of(problem, fitted, session.cache(), watch),
             || AlphaSweep::of(&fitted.best().scene(0), problem.quantity, problem.seed, stop),
         );
         stop.check()?;
         timing.stage("confirm");
-        let outcome = CalibrationOutcome { program: job.program.clone(), ..confirmed.outcome(problem, fitted) };
-        let report = page::report(job, fitted, (&confirmed, &alpha_sweep), &outcome);
+        let outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
+        let report = page::report(job, fitted, (&predicted, &alpha_sweep), &outcome);
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);
         files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));

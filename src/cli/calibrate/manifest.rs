@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Job;
 use crate::{
-    calibration::{drive::Input, outcome::InputDigest, problem::Problem, shot::Shot},
+    calibration::{drive::Input, outcome::InputDigest, problem::Problem, recorded_run::RecordedRun},
     cli::without,
     measurement::{sha256, shell_line},
     model::vector_unit,
@@ -72,8 +72,10 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
     for (role, Input { path, sha256 }) in &job.plans {
         add((*role).into(), path.clone(), Some(sha256.clone()))?;
     }
-    let Problem { shots, candidates, .. } = &job.problem;
-    for (number, (Shot { bench, measured, .. }, scene)) in shots.iter().zip(&candidates[0].scenes).enumerate() {
+    let Problem { recorded_runs, candidates, .. } = &job.problem;
+    for (number, (RecordedRun { bench, measured, .. }, scene)) in
+        recorded_runs.iter().zip(&candidates[0].scenes).enumerate()
+    {
         let of = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
         if let Some(Input { path, sha256 }) = bench.scene_file() {
             add(of("scene"), path, Some(sha256))?;

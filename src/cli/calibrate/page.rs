@@ -14,7 +14,7 @@ use crate::{
         outcome::{CalibrationOutcome, FittedFeature},
         parameter::Parameter,
         posterior::Posterior,
-        shot::Shot,
+        recorded_run::RecordedRun,
     },
     cli::{
         Outcome,
@@ -32,10 +32,10 @@ use crate::{
     signal::Series,
     study::{
         Bodies, EnsemblePlan,
-        confirmation::Confirmation,
-        confirmed::{Confirmed, confirm_measured},
-        members::Unwatched,
+        predicted::{Predictions, predict_measured},
+        prediction::PredictiveRun,
         published::published,
+        replicates::Unwatched,
     },
 };
 
@@ -43,24 +43,24 @@ use crate::{
 pub fn report(
     job: &Job,
     fitted: &Fitted,
-    (confirmed, alpha_sweep): (&Confirmed, &AlphaSweep),
+    (predicted, alpha_sweep): (&Predictions, &AlphaSweep),
     outcome: &CalibrationOutcome,
 ) -> CalibrationReport {
     let (problem, best) = (&job.problem, fitted.best());
-    let confirmation = confirmed.confirmations[0].as_ref();
+    let prediction = predicted.predictions[0].as_ref();
     let scene = best.scene(0);
     let reference = if problem.lead().measured.record().is_some() { "of the record" } else { "as published" };
-    let shots = problem.shots.iter().zip(&confirmed.confirmations).enumerate();
-    let records = shots.map(|(number, (shot, confirmation))| RecordReport {
+    let recorded_runs = problem.recorded_runs.iter().zip(&predicted.predictions).enumerate();
+    let records = recorded_runs.map(|(number, (recorded_run, prediction))| RecordReport {
         residual: residual(&best.fit, number),
-        ..record(problem, (number, shot), &best.scene(number), confirmation.as_ref())
+        ..record(problem, (number, recorded_run), &best.scene(number), prediction.as_ref())
     });
     CalibrationReport {
         outcome: outcome.clone(),
         records: records.collect(),
         laws: fitted.ranked().into_iter().map(|law| law_report(&law.fit, problem)).collect(),
         alpha_sweep: Some(alpha_sweep.report(&outcome.best.features, reference)),
-        energy: confirmation.map(|confirmation| confirmation.response.energy),
+        energy: prediction.map(|prediction| prediction.response.energy),
         ..frame(job, &scene)
     }
 }
@@ -98,32 +98,32 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
 /// A record, its number with it, and the response held against it, where that could be run.
 fn record(
     problem: &Problem,
-    (number, shot): (usize, &Shot),
+    (number, recorded_run): (usize, &RecordedRun),
     scene: &Scene,
-    confirmation: Option<&Confirmation>,
+    prediction: Option<&PredictiveRun>,
 ) -> RecordReport {
-    let record = shot.measured.record();
+    let record = recorded_run.measured.record();
     let label = record.map_or("recorded", record_label);
-    let names = shot.comparison.names().into_iter().zip(&shot.comparison.weights);
+    let names = recorded_run.comparison.names().into_iter().zip(&recorded_run.comparison.weights);
     RecordReport {
-        label: if problem.shots.len() == 1 { String::new() } else { problem.labels().swap_remove(number) },
-        title: shot.measured.path().display().to_string(),
+        label: if problem.recorded_runs.len() == 1 { String::new() } else { problem.labels().swap_remove(number) },
+        title: recorded_run.measured.path().display().to_string(),
         record_label: label.into(),
-        record_notes: match &shot.measured {
+        record_notes: match &recorded_run.measured {
             Measured::Published(measured) => published_notes(&measured.published),
             Measured::Record(_) if label == "recorded" => Vec::new(),
             Measured::Record(_) => record.map_or_else(Vec::new, |record| record.comments.clone()),
         },
         drive: displacement(scene),
-        drive_origin: drive_origin(shot),
+        drive_origin: drive_origin(recorded_run),
         recorded: record.map(|record| record.series.clone()),
-        simulated: confirmation.map(simulated_span),
+        simulated: prediction.map(simulated_span),
         residual: Vec::new(),
-        alignment: confirmation.map_or_else(String::new, |found| alignment(found, &shot.comparison.reduction)),
+        alignment: prediction.map_or_else(String::new, |found| alignment(found, &recorded_run.comparison.reduction)),
         masked: record.map_or_else(Vec::new, masked),
-        window: confirmation.map(|confirmation| confirmation.window),
+        window: prediction.map(|prediction| prediction.window),
         compared: names.filter(|(_, weight)| **weight > 0.0).map(|(name, _)| name.into_owned()).collect(),
-        published: confirmation.map_or_else(BTreeMap::new, |confirmation| printed(shot, scene, confirmation)),
+        published: prediction.map_or_else(BTreeMap::new, |prediction| printed(recorded_run, scene, prediction)),
     }
 }
 
@@ -142,8 +142,8 @@ fn masked(record: &Record) -> Vec<(f64, f64)> {
 }
 
 /// Where a drive comes from, for people.
-fn drive_origin(shot: &Shot) -> String {
-    let drive = shot.bench.drive.as_ref();
+fn drive_origin(recorded_run: &RecordedRun) -> String {
+    let drive = recorded_run.bench.drive.as_ref();
     drive.map_or_else(|| "the scene's own drive".into(), |drive| drive.input.path.display().to_string())
 }
 
@@ -166,13 +166,13 @@ fn published_notes(published: &PublishedFeatures) -> Vec<String> {
 }
 
 /// The simulated trace where it was simulated: beyond the end of the run there is nothing to draw.
-fn simulated_span(confirmation: &Confirmation) -> Series {
-    let simulated = &confirmation.simulated;
-    simulated.window(simulated.start, confirmation.response.observed_velocity().end() + confirmation.offset)
+fn simulated_span(prediction: &PredictiveRun) -> Series {
+    let simulated = &prediction.simulated;
+    simulated.window(simulated.start, prediction.response.observed_velocity().end() + prediction.offset)
 }
 
-fn alignment(confirmation: &Confirmation, reduction: &Reduction) -> String {
-    let Some(similarity) = confirmation.recorded.as_ref().map(|recorded| &recorded.similarity) else {
+fn alignment(prediction: &PredictiveRun, reduction: &Reduction) -> String {
+    let Some(similarity) = prediction.recorded.as_ref().map(|recorded| &recorded.similarity) else {
         return "none; times are the model's own".into();
     };
     let by = match reduction {
@@ -185,7 +185,7 @@ fn alignment(confirmation: &Confirmation, reduction: &Reduction) -> String {
     format!(
         "aligned by {by} (record time = model time {:+.2} µs); normalised \
          cross-correlation {:.2}, {:.2} at the best of the equally valid drive-period shifts ({:+})",
-        confirmation.offset * 1e6,
+        prediction.offset * 1e6,
         similarity.unshifted_correlation,
         similarity.correlation,
         similarity.shift_periods
@@ -247,15 +247,19 @@ fn pair_map(parameters: [&Parameter; 2], posterior: &Posterior) -> DensityMap {
 }
 
 /// The published numbers of what is watched of a record, with their uncertainties, SI.
-fn printed(shot: &Shot, scene: &Scene, confirmation: &Confirmation) -> BTreeMap<String, (f64, Option<f64>)> {
+fn printed(
+    recorded_run: &RecordedRun,
+    scene: &Scene,
+    prediction: &PredictiveRun,
+) -> BTreeMap<String, (f64, Option<f64>)> {
     let beside = |record: &Record| PublishedFeatures::read(&record.path.with_file_name(manifest::PUBLISHED)).ok();
-    let printed = match &shot.measured {
+    let printed = match &recorded_run.measured {
         Measured::Record(measured) => beside(&measured.record),
         Measured::Published(measured) => Some(measured.published.clone()),
     };
     // What is in print of the bench is no word on a synthetic record of it.
-    let in_code =
-        published(scene).filter(|_| shot.measured.record().is_some_and(|record| record_label(record) != "synthetic"));
+    let in_code = published(scene)
+        .filter(|_| recorded_run.measured.record().is_some_and(|record| record_label(record) != "synthetic"));
     let number = |key: &str| match printed.as_ref().and_then(|it| statement_on(it, key)).map(|it| &it.statement) {
         Some(Statement::Value { value, uncertainty, .. }) => Some((*value, *uncertainty)),
         _ => match key {
@@ -264,7 +268,7 @@ fn printed(shot: &Shot, scene: &Scene, confirmation: &Confirmation) -> BTreeMap<
             _ => None,
         },
     };
-    let watched = confirmation.features.iter();
+    let watched = prediction.features.iter();
     watched.filter_map(|feature| Some((feature.key.clone(), number(&feature.key)?))).collect()
 }
 
@@ -286,8 +290,8 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let mut scene = problem.candidates[0].scene().clone();
     scene.model.kind = ModelKind::Chain;
     let measured = &problem.lead().measured;
-    let confirmation = confirm_measured(measured, &scene, &Bodies::new(None), (&plan, None), None, &Unwatched)?;
-    let lead = record(problem, (0, problem.lead()), &scene, Some(&confirmation));
+    let prediction = predict_measured(measured, &scene, &Bodies::new(None), (&plan, None), None, &Unwatched)?;
+    let lead = record(problem, (0, problem.lead()), &scene, Some(&prediction));
     let report = CalibrationReport { records: vec![lead], ..frame(job, &scene) };
     if target.join("calibration.json").exists() {
         anyhow::bail!(
@@ -297,9 +301,9 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     }
     let folder = OutputFolder::stage(target, &page_results(DRY_RUN), force)?;
     folder.write_all(report.preview()?)?;
-    folder.write(DRY_RUN, summary::json(&confirmation.simulated_features)?)?;
+    folder.write(DRY_RUN, summary::json(&prediction.simulated_features)?)?;
     let place = folder.finish()?;
-    let window: Window = confirmation.window;
+    let window: Window = prediction.window;
     let peaks = |features: &Features| {
         let Peaks { positive, negative, .. } = features.peaks;
         match problem.quantity {
@@ -307,7 +311,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
             Measurand::Pressure => format!("{:+.1} and {:+.1} kPa", positive * 1e-3, negative * 1e-3),
         }
     };
-    let compared = confirmation.recorded.as_ref().map_or_else(
+    let compared = prediction.recorded.as_ref().map_or_else(
         || " (published features are compared only after a fit)".to_owned(),
         |recorded| {
             format!(", record {}, correlation {:.2}", peaks(&recorded.features), recorded.similarity.correlation)
@@ -316,12 +320,12 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let text = format!(
         "Nothing was fitted. Uncalibrated response of the chain at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
         significant(scene.amplitude_scale, 3),
-        peaks(&confirmation.simulated_features),
+        peaks(&prediction.simulated_features),
         window.from * 1e6,
         window.to * 1e6,
         place.display()
     );
-    session.result(text, &confirmation.simulated_features)?;
+    session.result(text, &prediction.simulated_features)?;
     Ok(Outcome::Done)
 }
 
@@ -342,8 +346,9 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         };
         let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
         let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
-        let untold = if parameter.unidentified { "   unidentified" } else { "" };
-        let _ = writeln!(text, "  {name:<widest$} {} {unit}{interval}{bound}{untold}", significant(parameter.value, 4));
+        let unstated = if parameter.unidentified { "   unidentified" } else { "" };
+        let _ =
+            writeln!(text, "  {name:<widest$} {} {unit}{interval}{bound}{unstated}", significant(parameter.value, 4));
     }
     for warning in &outcome.warnings {
         let _ = writeln!(text, "  warning: {warning}");
@@ -383,11 +388,11 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
 
 /// The model that answers, and the one that searched.
 fn answered_by(outcome: &CalibrationOutcome) -> String {
-    match outcome.best.rungs.first().filter(|rung| rung.model != outcome.model) {
+    match outcome.best.fidelities.first().filter(|fidelity| fidelity.model != outcome.model) {
         Some(below) => {
-            let between = &outcome.best.rungs[1..];
-            let above = between.iter().take_while(|rung| rung.model != outcome.model);
-            let above: String = above.map(|rung| format!(", above the {} model", rung.model)).collect();
+            let between = &outcome.best.fidelities[1..];
+            let above = between.iter().take_while(|fidelity| fidelity.model != outcome.model);
+            let above: String = above.map(|fidelity| format!(", above the {} model", fidelity.model)).collect();
             format!("{}{above}, searched on the {}", outcome.model, below.model)
         }
         None => outcome.model.clone(),

@@ -17,7 +17,10 @@ use crate::{
     },
     report::number::significant,
     scene::{self, Scene},
-    validate::twins::{FittedBy, LevelProof, TwinPlan, TwinProof, level_proof, level_twins, proof, twins, water_twins},
+    validate::synthetic::{
+        FittedBy, LevelProof, SyntheticCoverage, SyntheticPlan, level_proof, level_synthetic, proof, synthetics,
+        water_synthetic,
+    },
 };
 
 /// Long enough for the burst, a slow onset and the decay; in water until the sound of the burst has passed.
@@ -36,10 +39,10 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
              reduced or one of the two out",
         ));
     }
-    let usual = TwinPlan::default();
+    let usual = SyntheticPlan::default();
     let parameters = if fit.is_empty() { usual.parameters.clone() } else { fit.clone() };
     let tested = if *records > 1 { TESTED_TOGETHER } else { Search::tested(parameters.len()) };
-    let plan = TwinPlan {
+    let plan = SyntheticPlan {
         count: *count,
         evaluations: evaluations.map_or(tested, |runs| runs as usize),
         seed: session.seed(),
@@ -67,7 +70,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// What is said of the records, and everything counted of them.
 fn made(
     base: &Scene,
-    plan: &TwinPlan,
+    plan: &SyntheticPlan,
     pressure: bool,
     records: u32,
     finished: &(dyn Fn() + Sync),
@@ -76,13 +79,13 @@ fn made(
     let all = 0..plan.count;
     if records > 1 {
         let levels: Vec<f64> = (0..records).map(|level| 0.5_f64.powi(level as i32)).collect();
-        let outcomes = level_twins(base, plan, &levels, all, finished, stop).ok_or(Interrupted)?;
+        let outcomes = level_synthetic(base, plan, &levels, all, finished, stop).ok_or(Interrupted)?;
         let proof = level_proof(&outcomes, &levels);
         return Ok((of_levels(&proof), value(&proof, &outcomes)));
     }
     let outcomes = match pressure {
-        true => water_twins(base, plan, all, finished, stop),
-        false => twins(base, plan, all, finished, stop)?,
+        true => water_synthetic(base, plan, all, finished, stop),
+        false => synthetics(base, plan, all, finished, stop)?,
     };
     let outcomes = outcomes.ok_or(Interrupted)?;
     let proof = proof(&outcomes);
@@ -93,7 +96,7 @@ fn value(proof: &impl Serialize, outcomes: &impl Serialize) -> Value {
     json!({"proof": proof, "records": outcomes})
 }
 
-fn of_records(proof: &TwinProof) -> Vec<String> {
+fn of_records(proof: &SyntheticCoverage) -> Vec<String> {
     let count = proof.parameters.first().map_or(0, |parameter| parameter.count);
     let mut statements: Vec<String> = proof
         .parameters
@@ -129,7 +132,7 @@ fn of_records(proof: &TwinProof) -> Vec<String> {
 }
 
 fn of_levels(proof: &LevelProof) -> Vec<String> {
-    let row = |row: &crate::validate::twins::LevelWidths| {
+    let row = |row: &crate::validate::synthetic::LevelWidths| {
         let from = if row.levels == "all" { "all levels".into() } else { format!("drive level {} alone", row.levels) };
         format!(
             "{}, {from}: {} of {} intervals hold the truth; median width {}, median error {} in ln",

@@ -8,7 +8,7 @@ use super::{Experiment, ImpactFit, cause::ImpactFinding, hit::NAMES, likelihood:
 use crate::{
     fit::Verdict,
     outcome::{FittedParameter, InputDigest, failures_of},
-    shot::labels,
+    recorded_run::labels,
 };
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -11,8 +11,8 @@ use thiserror::Error;
 
 use super::{
     bodies::Bodies,
-    members::{self, Unwatched, Watch, perturbations},
     observation::{self, Observation},
+    replicates::{self, Unwatched, Watch, perturbations},
 };
 use granchain_model::{
     Estimate, ModelError,
@@ -31,7 +31,8 @@ pub const STEPS_PER_PERIOD: u32 = 640;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnsemblePlan {
     /// Runs at each of the three drive levels, ≥ 2.
-    pub members: usize,
+    #[serde(rename = "members")]
+    pub replicates: usize,
     pub seed: u64,
     /// Standard deviation of each gap, m.
     pub gap_jitter_m: f64,
@@ -44,8 +45,8 @@ pub struct EnsemblePlan {
 impl EnsemblePlan {
     /// Gaps jittered by 0.3 nm, the drive by 1e-4, sensitivity to ±1 % of the drive.
     #[must_use]
-    pub fn new(members: usize, seed: u64) -> Self {
-        Self { members, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
+    pub fn new(replicates: usize, seed: u64) -> Self {
+        Self { replicates, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
     }
 
     /// Factors on the drive: the scene's own, then those of the sensitivity.
@@ -57,13 +58,13 @@ impl EnsemblePlan {
     /// Cost of all its runs of a scene, with a step of T0/`steps_per_period` of the chain.
     #[must_use]
     pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
-        let (members, beads) = (self.members as f64, scene.chain.beads.len() as f64);
+        let (replicates, beads) = (self.replicates as f64, scene.chain.beads.len() as f64);
         let mut one = Estimate::of(scene);
         if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
             one.work = beads * scene.duration * scene.drive.frequency * f64::from(steps_per_period);
         }
         // A variation with its gaps, and what was watched of its run.
-        one.times(3.0 * members, 8.0 * (beads + 32.0))
+        one.times(3.0 * replicates, 8.0 * (beads + 32.0))
     }
 }
 
@@ -104,7 +105,7 @@ pub enum EnsembleError {
     Failed { runs: usize, failed: usize, first: String },
 }
 
-/// Run the scene 3 × `members` times on the model it asks for and summarise each watched number. The chain takes a fixed step of
+/// Run the scene 3 × `replicates` times on the model it asks for and summarise each watched number. The chain takes a fixed step of
 /// T0/[`STEPS_PER_PERIOD`].
 ///
 /// The same perturbations are used at the three drive levels, so that in regular regimes they drop out of the
@@ -121,8 +122,8 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
 /// # Errors
 /// As [`run`].
 pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
-    if plan.members < 2 {
-        return Err(EnsembleError::TooFew { found: plan.members });
+    if plan.replicates < 2 {
+        return Err(EnsembleError::TooFew { found: plan.replicates });
     }
     plan.estimate(scene, STEPS_PER_PERIOD).check(&scene.model.limits)?;
     let settings = observation::settings(scene)?;
@@ -161,9 +162,9 @@ pub(crate) fn run_perturbed(
     watch: &dyn Watch,
     see: impl Fn(usize, &Series) -> Result<Observation, FeatureError> + Sync,
 ) -> Result<EnsembleOutcome, EnsembleError> {
-    let members = perturbed.len();
-    if members < 2 {
-        return Err(EnsembleError::TooFew { found: members });
+    let replicates = perturbed.len();
+    if replicates < 2 {
+        return Err(EnsembleError::TooFew { found: replicates });
     }
     let variations: Vec<Variation> = plan
         .levels()
@@ -175,13 +176,13 @@ pub(crate) fn run_perturbed(
             })
         })
         .collect();
-    let see = |run: usize, trace: &Series| see(run % members, trace);
+    let see = |run: usize, trace: &Series| see(run % replicates, trace);
     let watched: Vec<Result<Observation, String>> =
-        members::run(bodies, scene, &variations, steps_per_period, measurand, watch, see)?;
+        replicates::run(bodies, scene, &variations, steps_per_period, measurand, watch, see)?;
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2]
-        .map(|level| observations[level * members..(level + 1) * members].iter().flatten().collect::<Vec<_>>());
+        .map(|level| observations[level * replicates..(level + 1) * replicates].iter().flatten().collect::<Vec<_>>());
     if at_scene.len() < 2 {
         let first = failures.first().cloned().unwrap_or_default();
         return Err(EnsembleError::Failed { runs: variations.len(), failed: failures.len(), first });

@@ -2,13 +2,13 @@
 //! runs of one scene, over a grid of values or under small perturbations.
 
 mod bodies;
-pub mod confirmation;
-pub mod confirmed;
 pub mod ensemble;
 pub mod grid;
-pub mod members;
 pub mod observation;
+pub mod predicted;
+pub mod prediction;
 pub mod published;
+pub mod replicates;
 pub mod sweep;
 
 pub use bodies::Bodies;

@@ -32,7 +32,8 @@ pub enum Run {
         observation: Observation,
         /// Pressure metrics, if there is water.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        heard: Option<PressureMetrics>,
+        #[serde(rename = "heard")]
+        pressure_metrics: Option<PressureMetrics>,
         /// Residual of the energy balance over the largest energy, 1.
         energy_residual: f64,
         /// Mean, standard deviation and sensitivity, on request.
@@ -204,8 +205,8 @@ fn run_point<E: StdError>(
             Ok(observation) => observation,
             Err(error) => return failed(&error),
         };
-    let heard = match PressureMetrics::measure(&response, &settings) {
-        Ok(heard) => heard,
+    let pressure_metrics = match PressureMetrics::measure(&response, &settings) {
+        Ok(pressure_metrics) => pressure_metrics,
         Err(error) => return failed(&error),
     };
     let ensemble = match ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose() {
@@ -214,5 +215,5 @@ fn run_point<E: StdError>(
     };
     let energy = &response.energy;
     let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
-    Some(Run::Finished { observation, heard, energy_residual, ensemble })
+    Some(Run::Finished { observation, pressure_metrics, energy_residual, ensemble })
 }

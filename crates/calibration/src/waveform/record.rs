@@ -56,10 +56,10 @@ impl RecordTrace {
         if !fingerprint.by_onset() {
             return None;
         }
-        let onset = fingerprint.landmark(trace).ok()?;
-        let landmark = fingerprint.landmark_time(trace).ok()?;
+        let onset = fingerprint.alignment(trace).ok()?;
+        let alignment = fingerprint.alignment_time(trace).ok()?;
         let mut valid = vec![true; trace.len()];
-        for gap in comparison.masked.iter().map(|gap: &Gap| gap.later(landmark)) {
+        for gap in comparison.masked.iter().map(|gap: &Gap| gap.later(alignment)) {
             let from = ((gap.from - trace.start) / trace.step).floor() as isize;
             let to = ((gap.to - trace.start) / trace.step).ceil() as isize;
             let spread = SPREAD as isize;

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     ModelError, Progress,
     contact_law::{Dashpot, ElasticLaw, Terms},
-    response::{EnergyBalance, EnergyLedger, SolverWork},
+    response::{EnergyBalance, EnergySums, SolverWork},
     scene::{DampingTerm, PistonMotion},
 };
 
@@ -50,7 +50,7 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     control: &Control,
     grid: &mut Grid,
     progress: Progress<'_>,
-) -> Result<(EnergyLedger, SolverWork), ModelError> {
+) -> Result<(EnergyBalance, SolverWork), ModelError> {
     Run::<DAMPED, L>::new(system, support, motion, initial, control)?.run_to_end(grid, progress)
 }
 
@@ -65,7 +65,7 @@ struct Run<'a, const DAMPED: Terms, L> {
     smooth: SmoothInterval,
     /// Energy of contacts lost when they were clipped (their dashpots take up what they still store), J.
     clipped: f64,
-    balance: EnergyBalance,
+    balance: EnergySums,
     work: SolverWork,
     forecast: Forecast,
     /// Length of steps away from events, s.
@@ -141,7 +141,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
             time: 0.0,
             smooth: SmoothInterval { from: 0.0, to: control.end },
             clipped: 0.0,
-            balance: EnergyBalance::starting(energy, None),
+            balance: EnergySums::starting(energy, None),
             work: SolverWork { unknowns: 2 * beads as u64, ..SolverWork::default() },
             forecast: Forecast::new(control.end, control.most_steps),
             cruise: 0.02 * system.natural_time,
@@ -207,7 +207,11 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         self.stepper.restart(&mut self.equation, piston);
     }
 
-    fn run_to_end(mut self, grid: &mut Grid, progress: Progress<'_>) -> Result<(EnergyLedger, SolverWork), ModelError> {
+    fn run_to_end(
+        mut self,
+        grid: &mut Grid,
+        progress: Progress<'_>,
+    ) -> Result<(EnergyBalance, SolverWork), ModelError> {
         let end = self.control.end;
         let motion = self.motion;
         let breaks = motion.breaks().iter().copied().filter(|t| *t > 0.0 && *t < end);
@@ -502,7 +506,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         self.balance.note();
     }
 
-    fn settle(mut self) -> (EnergyLedger, SolverWork) {
+    fn settle(mut self) -> (EnergyBalance, SolverWork) {
         self.note_energy();
         self.work.evaluations = self.stepper.evaluations;
         self.work.dashpot_evaluations = self.work.evaluations * self.system.damped_contacts();
@@ -523,7 +527,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
         let SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, .. } = self.work;
         let further = self.equation.counts();
         let work = SolverWork { unknowns, steps, rejected_steps, evaluations, events, dashpot_evaluations, ..further };
-        (self.balance.ledger(), work)
+        (self.balance.balance(), work)
     }
 
     fn failure(&self, step: f64) -> ModelError {

@@ -47,7 +47,7 @@ use super::{
     estimate::refuse_excess,
 };
 use crate::{
-    response::{EnergyLedger, Response, SolverWork},
+    response::{EnergyBalance, Response, SolverWork},
     scene::{Integrator, PistonMotion, Scene},
     valid::need,
 };
@@ -198,7 +198,7 @@ fn adaptive(
     control: &Control,
     grid: &mut Grid,
     progress: Progress<'_>,
-) -> Result<(EnergyLedger, SolverWork), ModelError> {
+) -> Result<(EnergyBalance, SolverWork), ModelError> {
     use integrate::integrate as run;
     let law = system.laws[system.beads];
     // Effects that are beside the contacts cost more than a dashpot that is zero, too.
@@ -220,7 +220,7 @@ fn fixed(
     step: f64,
     grid: &mut Grid,
     progress: Progress<'_>,
-) -> Result<(EnergyLedger, SolverWork), ModelError> {
+) -> Result<(EnergyBalance, SolverWork), ModelError> {
     use symplectic::integrate as run;
     if system.effects.is_some() {
         let reason = "the fixed step supports neither compliant horn nor bead guide, yield, relaxation and gravity; set `model.integrator` = \"dormand-prince-853\"";

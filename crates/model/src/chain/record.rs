@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     contact_law::{ElasticLaw, Terms},
-    response::{EnergyLedger, ObservedPoint, Recorder, Response, SolverWork},
+    response::{EnergyBalance, ObservedPoint, Recorder, Response, SolverWork},
     scene::{PistonMotion, Scene},
 };
 
@@ -151,7 +151,7 @@ impl Grid {
         self.sample().0
     }
 
-    pub(crate) fn response(mut self, energy: EnergyLedger, work: SolverWork) -> Response {
+    pub(crate) fn response(mut self, energy: EnergyBalance, work: SolverWork) -> Response {
         self.sort_in();
         let Recorder { piston, displacement, velocity, force, .. } = &mut self.columns;
         for column in [displacement, velocity, force].into_iter().flatten() {

@@ -30,7 +30,7 @@ use super::{
 use crate::{
     ModelError, Progress,
     contact_law::{ElasticLaw, Terms},
-    response::{EnergyBalance, EnergyLedger, SolverWork},
+    response::{EnergyBalance, EnergySums, SolverWork},
     scene::PistonMotion,
     valid::positive,
 };
@@ -47,7 +47,7 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     step: f64,
     grid: &mut Grid,
     progress: Progress<'_>,
-) -> Result<(EnergyLedger, SolverWork), ModelError> {
+) -> Result<(EnergyBalance, SolverWork), ModelError> {
     positive("model.step", "a positive time, s", step)?;
     let (padded, beads) = (system.padded, system.beads);
     let mut equation = Equation::<DAMPED, L>::new(system, support);
@@ -59,7 +59,7 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
     let mut predicted = vec![0.0; padded];
     let mut acceleration = vec![0.0; padded];
     let mut force = vec![0.0; padded];
-    let mut balance = EnergyBalance::starting((system.kinetic_energy(&v), system.stored_energy(&u)), None);
+    let mut balance = EnergySums::starting((system.kinetic_energy(&v), system.stored_energy(&u)), None);
     let steps = (grid.end() / step).ceil() as usize;
     (u[0], v[0]) = motion.at(0.0);
     let mut power = forces(&mut equation, &u, &v, &mut force);
@@ -112,16 +112,16 @@ pub(super) fn integrate<const DAMPED: Terms, L: ElasticLaw>(
         }
     }
     balance.hold((system.kinetic_energy(&v), system.stored_energy(&u)));
-    let ledger = balance.ledger();
-    let largest_j = ledger.largest_j.max(ledger.kinetic_j + ledger.stored_j);
-    if ledger.residual_j.abs() > LARGEST_RESIDUAL * largest_j {
-        return Err(ModelError::EnergyNotConserved { step, residual_j: ledger.residual_j, largest_j });
+    let balance = balance.balance();
+    let largest_j = balance.largest_j.max(balance.kinetic_j + balance.stored_j);
+    if balance.residual_j.abs() > LARGEST_RESIDUAL * largest_j {
+        return Err(ModelError::EnergyNotConserved { step, residual_j: balance.residual_j, largest_j });
     }
     let steps = steps as u64;
     let evaluations = steps + 1;
     let dashpot_evaluations = evaluations * system.damped_contacts();
     let unknowns = 2 * beads as u64;
-    Ok((ledger, SolverWork { unknowns, steps, evaluations, dashpot_evaluations, ..SolverWork::default() }))
+    Ok((balance, SolverWork { unknowns, steps, evaluations, dashpot_evaluations, ..SolverWork::default() }))
 }
 
 /// Contact forces (N) as the response reports them, and the powers of the piston and into the dashpots (W).

@@ -1,14 +1,14 @@
 //! The energy balance of a run: where the work of the piston went.
 
-use crate::response::{EnergyBalance, EnergyLedger, SolverWork};
+use crate::response::{EnergyBalance, EnergySums, SolverWork};
 
 /// Share of the energy put in above which energy from nowhere ends a run, 1: it grows from there on.
 pub(crate) const LARGEST_GAIN: f64 = 0.1;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-pub struct Ledger {
+pub struct EnergyTerms {
     #[serde(flatten)]
-    pub(crate) balance: EnergyBalance,
+    pub(crate) balance: EnergySums,
     least_scale: f64,
     /// Energy that contacts made (> 0) or lost by opening and closing within steps, J: part of the residual, known exactly.
     contact_energy: f64,
@@ -19,7 +19,7 @@ pub struct Ledger {
     pub work: SolverWork,
 }
 
-impl Ledger {
+impl EnergyTerms {
     /// An empty balance; errors of a step are relative to at least `least_scale` (J).
     pub(crate) fn new(least_scale: f64, work: SolverWork) -> Self {
         Self { least_scale, work, ..Self::default() }
@@ -27,7 +27,7 @@ impl Ledger {
 
     /// The state at the start, (kinetic, stored) in J.
     pub(crate) fn begin(&mut self, energy: (f64, f64)) {
-        self.balance = EnergyBalance::starting(energy, self.balance.channels);
+        self.balance = EnergySums::starting(energy, self.balance.channels);
     }
 
     /// Works of one step, J.
@@ -65,8 +65,8 @@ impl Ledger {
         self.contact_energy
     }
 
-    pub(crate) fn energy_ledger(&self) -> EnergyLedger {
-        self.balance.ledger()
+    pub(crate) fn energy_balance(&self) -> EnergyBalance {
+        self.balance.balance()
     }
 }
 
@@ -76,36 +76,36 @@ mod tests {
 
     #[test]
     fn a_closed_energy_balance_has_no_residual_and_others_show_it_over_the_largest_energy() {
-        let mut ledger = Ledger::new(1.0, SolverWork::default());
-        ledger.begin((1.0, 2.0));
-        ledger.step(5.0, 0.5, 0.0);
-        ledger.sample((4.0, 3.5));
-        assert_eq!((ledger.balance(), ledger.energy_ledger().residual_j), (0.0, 0.0));
-        ledger.step(-1.0, 0.0, 0.25);
-        ledger.sample((3.0, 3.0));
+        let mut balance = EnergyTerms::new(1.0, SolverWork::default());
+        balance.begin((1.0, 2.0));
+        balance.step(5.0, 0.5, 0.0);
+        balance.sample((4.0, 3.5));
+        assert_eq!((balance.balance(), balance.energy_balance().residual_j), (0.0, 0.0));
+        balance.step(-1.0, 0.0, 0.25);
+        balance.sample((3.0, 3.0));
         // 3 + 4 − 6 − 0.5 over 7.5; and it stays the largest once the books meet again.
-        assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
-        assert!(ledger.made().is_none());
-        ledger.step(0.0, 0.5, 0.0);
-        ledger.sample((3.0, 3.0));
-        assert_eq!(ledger.energy_ledger().residual_j, 0.0);
-        assert!((ledger.balance() - 0.5 / 7.5).abs() < 1e-15);
-        assert_eq!((ledger.energy_ledger().dissipated_j, ledger.contact_energy()), (1.0, 0.25));
+        assert!((balance.balance() - 0.5 / 7.5).abs() < 1e-15);
+        assert!(balance.made().is_none());
+        balance.step(0.0, 0.5, 0.0);
+        balance.sample((3.0, 3.0));
+        assert_eq!(balance.energy_balance().residual_j, 0.0);
+        assert!((balance.balance() - 0.5 / 7.5).abs() < 1e-15);
+        assert_eq!((balance.energy_balance().dissipated_j, balance.contact_energy()), (1.0, 0.25));
         // Of 3 J at the start and 6 J of work either way: a tenth may come from nowhere, no more.
-        ledger.sample((3.0, 3.8));
-        assert!(ledger.made().is_none());
-        ledger.sample((3.0, 4.0));
-        assert!(ledger.made().is_some_and(|(made, given)| (made - 1.0).abs() < 1e-12 && given == 9.0));
+        balance.sample((3.0, 3.8));
+        assert!(balance.made().is_none());
+        balance.sample((3.0, 4.0));
+        assert!(balance.made().is_some_and(|(made, given)| (made - 1.0).abs() < 1e-12 && given == 9.0));
     }
 
     #[test]
     fn the_scale_of_errors_never_falls_below_its_least_nor_with_work_given_back() {
-        let mut ledger = Ledger::new(2.0, SolverWork::default());
-        ledger.begin((0.0, 0.0));
-        assert_eq!(ledger.scale(), 2.0);
-        ledger.step(3.0, 0.0, 0.0);
-        ledger.step(-3.0, 0.0, 0.0);
-        assert_eq!(ledger.scale(), 6.0);
-        assert_eq!(Ledger::new(1.0, SolverWork::default()).balance(), 0.0);
+        let mut balance = EnergyTerms::new(2.0, SolverWork::default());
+        balance.begin((0.0, 0.0));
+        assert_eq!(balance.scale(), 2.0);
+        balance.step(3.0, 0.0, 0.0);
+        balance.step(-3.0, 0.0, 0.0);
+        assert_eq!(balance.scale(), 6.0);
+        assert_eq!(EnergyTerms::new(1.0, SolverWork::default()).balance(), 0.0);
     }
 }

@@ -120,12 +120,12 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
     // What found them takes more memory than what confirms them: not both at once.
     drop((lanczos, polish));
     drop(factor);
-    let sturm = confirm(body, &frequencies, 0.5 * (frequencies[place - 1] + frequencies[place]))?;
+    let sturm = predict(body, &frequencies, 0.5 * (frequencies[place - 1] + frequencies[place]))?;
     Ok(Modes { frequencies: frequencies[..count].to_vec(), shapes, residuals, sturm, steps })
 }
 
 /// Check that `found` (Hz) holds every mode below `frequency` (Hz), by the inertia of K − ω² M.
-pub fn confirm(body: &Body, found: &[f64], frequency: f64) -> Result<SturmCount, ModesError> {
+pub fn predict(body: &Body, found: &[f64], frequency: f64) -> Result<SturmCount, ModesError> {
     let counted = eigenvalues_below(body, (TAU * frequency).powi(2))?;
     let found = found.iter().filter(|&&mode| mode < frequency).count();
     if counted == found {

@@ -17,7 +17,7 @@ use super::{
     arrangement::Arrangement,
     contact::chain::{ContactState, DashpotBase, Mobility, RigidPrediction, Workspace},
     control::{Cause, Complementarity, Control, Cut, PENETRATION},
-    energy::Ledger,
+    energy::EnergyTerms,
     equilibrium::Rest,
     loss::refuse_losses,
     motion::Motion,
@@ -82,7 +82,7 @@ pub struct Simulation<'a> {
     /// Largest overlap of the last bead's rigid motion with its support, m.
     travel: f64,
     trace: Trace,
-    ledger: Ledger,
+    balance: EnergyTerms,
     complementarity: Complementarity,
     cuts: Vec<Cut>,
     profile: Profile,
@@ -174,10 +174,10 @@ impl<'a> Simulation<'a> {
         work.unknowns = arrangement.unknowns() as u64;
         work.factorisations += arrangement.kinds.len() as u64;
         let least_scale = 0.5 * arrangement.kinds[arrangement.beads[0]].total_mass() * speed * speed;
-        let mut ledger = Ledger::new(least_scale, work);
+        let mut balance = EnergyTerms::new(least_scale, work);
         let has_channels =
             scene.horn.is_some() || attached[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
-        ledger.balance.channels = has_channels.then(Channels::default);
+        balance.balance.channels = has_channels.then(Channels::default);
         let piston = drive.at(0.0).0;
         let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
@@ -213,13 +213,13 @@ impl<'a> Simulation<'a> {
             attached,
             sensor: scene.chain.sensor,
             yield_forces: yield_forces(scene),
-            ledger,
+            balance,
             profile,
         };
         simulation.measure_contacts();
         simulation.before.clone_from(&simulation.contacts);
         let energy = simulation.energy();
-        simulation.ledger.begin(energy);
+        simulation.balance.begin(energy);
         simulation.record();
         Ok(simulation)
     }
@@ -258,8 +258,8 @@ impl<'a> Simulation<'a> {
         self.complementarity
     }
 
-    pub fn ledger(&self) -> &Ledger {
-        &self.ledger
+    pub fn balance(&self) -> &EnergyTerms {
+        &self.balance
     }
 
     pub fn profile(&self) -> &Profile {
@@ -272,7 +272,7 @@ impl<'a> Simulation<'a> {
     }
 
     pub fn response(&self) -> Response {
-        let mut response = self.trace.response(&self.watched, &self.ledger);
+        let mut response = self.trace.response(&self.watched, &self.balance);
         if let (Some(wet), Some(front), Some(water)) = (&self.wet, &self.arrangement.front, &self.water) {
             wet.disc.count(&mut response.work);
             wet.record.clone().enter_behind(front, water, wet.energies, &mut response);
@@ -294,8 +294,8 @@ impl<'a> Simulation<'a> {
         }
         if self.taken.is_multiple_of(STEPS_PER_AUDIT) || self.is_done() {
             let energy = self.energy();
-            self.ledger.sample(energy);
-            if let Some((made_j, given_j)) = self.ledger.made() {
+            self.balance.sample(energy);
+            if let Some((made_j, given_j)) = self.balance.made() {
                 let time = self.taken as f64 * self.step;
                 return Err(FeaError::EnergyMade { time, step: self.step, made_j, given_j });
             }
@@ -314,7 +314,7 @@ impl<'a> Simulation<'a> {
         let Err((cause, contact)) = self.attempt(level, end) else { return Ok(()) };
         let (time, step, contact) = (start, self.step / f64::from(1_u32 << level), contact + 1);
         self.cuts.push(Cut { time_s: time, step_s: step, contact, cause });
-        self.ledger.work.rejected_steps += 1;
+        self.balance.work.rejected_steps += 1;
         self.contacts.iter_mut().zip(&self.before).for_each(|(contact, before)| contact.copy_from(before));
         self.motion.forget_prediction();
         if level == halvings {
@@ -332,7 +332,7 @@ impl<'a> Simulation<'a> {
             let mut operator = Operator::new(&self.arrangement, &self.interfaces, coefficients, self.tension)?;
             release_piston(&mut operator, &self.attached[level as usize]);
             *place = Some(operator);
-            self.ledger.work.factorisations += self.arrangement.kinds.len() as u64;
+            self.balance.work.factorisations += self.arrangement.kinds.len() as u64;
             self.profile.factorisation += lap.lap();
         }
         Ok(())
@@ -340,7 +340,7 @@ impl<'a> Simulation<'a> {
 
     /// One step that either succeeds or leaves bodies and energies as they were. On failure the cause and the contact.
     fn attempt(&mut self, level: u32, end: f64) -> Result<(), (Cause, usize)> {
-        let Self { arrangement, interfaces, operators, motion, contacts, before, profile, ledger, .. } = self;
+        let Self { arrangement, interfaces, operators, motion, contacts, before, profile, balance, .. } = self;
         let Some(operator) = &mut operators[level as usize] else { return Err((Cause::NotFinite, 0)) };
         let (driven, driven_velocity) = self.drive.at(end);
         let (mut piston, mut piston_velocity) = (driven, driven_velocity);
@@ -349,10 +349,10 @@ impl<'a> Simulation<'a> {
         if let (Some(step), Some(horn)) = (horn_step, &mut horn) {
             piston_velocity += step.begin(horn, contacts[0].total());
             piston += horn.displacement;
-            ledger.work.horn_evaluations += 1;
+            balance.work.horn_evaluations += 1;
         }
         before.iter_mut().zip(contacts.iter()).for_each(|(before, contact)| before.copy_from(contact));
-        ledger.work.solves += arrangement.kinds.len() as u64;
+        balance.work.solves += arrangement.kinds.len() as u64;
         motion.predict(arrangement, interfaces, operator, before, profile);
 
         let mut lap = profile.start();
@@ -378,11 +378,11 @@ impl<'a> Simulation<'a> {
                 .contacts
                 .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
                 .map_err(Cause::of)?;
-            ledger.work.contact_sweeps += u64::from(effort.sweeps);
-            ledger.work.active_sets += u64::from(effort.sets);
-            ledger.work.dashpot_evaluations += u64::from(effort.dashpots);
+            balance.work.contact_sweeps += u64::from(effort.sweeps);
+            balance.work.active_sets += u64::from(effort.sets);
+            balance.work.dashpot_evaluations += u64::from(effort.dashpots);
             let Some(turning) = &mut self.turning else { break };
-            ledger.work.normal_turns += 1;
+            balance.work.normal_turns += 1;
             let last = contacts.len() - 1;
             let moved = turning.turn(
                 operator,
@@ -416,7 +416,7 @@ impl<'a> Simulation<'a> {
                     .fold(0.0, |sum, ((new_force, old_force), (new_gap, old_gap))| {
                         sum + old_force * new_gap - new_force * old_gap
                     });
-            if made.abs() > self.control.contact_energy * ledger.scale() {
+            if made.abs() > self.control.contact_energy * balance.scale() {
                 return Err((Cause::ContactEnergy, contact));
             }
             contact_energy += made;
@@ -452,17 +452,17 @@ impl<'a> Simulation<'a> {
             }
         }
         let work = 0.5 * (contacts[0].total() + before[0].total()) * (piston - old_piston);
-        ledger.step(work, dissipated, contact_energy);
-        ledger.work.steps += 1;
+        balance.step(work, dissipated, contact_energy);
+        balance.work.steps += 1;
         self.piston = piston;
-        if let Some(channels) = &mut ledger.balance.channels {
+        if let Some(channels) = &mut balance.balance.channels {
             let [drag, material] = motion.lose(arrangement, operator);
             (channels.drag_j, channels.material_j) = (channels.drag_j + drag, channels.material_j + material);
             for slot in 1..contacts.len() + 1 {
                 let Some(loss) = arrangement.kind(slot).and_then(|kind| operator.losses[kind]) else { continue };
-                ledger.work.holder_evaluations += u64::from(loss.own.drag > 0.0 && hold.is_none());
-                ledger.work.loss_evaluations += u64::from(loss.own.retardation > 0.0);
-                ledger.work.relaxation_evaluations += u64::from(loss.own.relaxation.is_some());
+                balance.work.holder_evaluations += u64::from(loss.own.drag > 0.0 && hold.is_none());
+                balance.work.loss_evaluations += u64::from(loss.own.retardation > 0.0);
+                balance.work.relaxation_evaluations += u64::from(loss.own.relaxation.is_some());
             }
             if let (Some(step), Some(horn)) = (horn_step, &mut horn) {
                 step.kick(horn, contacts[0].total());
@@ -476,7 +476,7 @@ impl<'a> Simulation<'a> {
                     let mass = arrangement.kind(slot).map_or(0.0, |kind| arrangement.kinds[kind].total_mass());
                     motion.push(operator, slot, left - velocity);
                     channels.friction_j += 0.5 * mass * (velocity * velocity - left * left);
-                    ledger.work.holder_evaluations += 1;
+                    balance.work.holder_evaluations += 1;
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::{
     arrangement::Arrangement,
     assembly::{Direction, DofMap},
     contact::{chain::ContactState, pair::Pair},
-    energy::Ledger,
+    energy::EnergyTerms,
     motion::Motion,
 };
 use crate::{
@@ -163,10 +163,10 @@ impl Trace {
     }
 
     /// The response. The far pole may carry no mass, so its velocity is the central difference of its displacement over two steps.
-    pub(crate) fn response(&self, watched: &Watched, ledger: &Ledger) -> Response {
+    pub(crate) fn response(&self, watched: &Watched, balance: &EnergyTerms) -> Response {
         let pole = central_velocity(&self.pole, &self.sampling, self.samples());
         let Sampling { output_step, .. } = self.sampling;
-        self.columns.clone().response(output_step, Some(pole), watched.observed, ledger.energy_ledger(), ledger.work)
+        self.columns.clone().response(output_step, Some(pole), watched.observed, balance.energy_balance(), balance.work)
     }
 }
 
@@ -233,7 +233,7 @@ mod tests {
         (0..3).for_each(|_| trace.sample(&arrangement, &watched, &motion, 1e-6, &open));
         // z = 3 t² at steps of 0.1 µs: 6 t is met by the central difference, the ends are one-sided.
         trace.pole = (0..5).map(|i| 3.0 * (1e-7 * f64::from(i)).powi(2)).collect();
-        let response = trace.response(&watched, &Ledger::default());
+        let response = trace.response(&watched, &EnergyTerms::default());
         let expected = [3e-7, 12e-7, 3.0 * 7e-7];
         for (found, expected) in response.pole_velocity.values.iter().zip(expected) {
             assert!((found - expected).abs() < 1e-18, "{found:e} {expected:e}");

@@ -4,7 +4,7 @@ use super::{contact::State, stepping::Motion};
 use crate::{
     fea::trace::{Sampling, edge_radius},
     number::Number,
-    response::{EnergyBalance, ObservedPoint, Recorder, Response, SolverWork, empty_columns, push},
+    response::{EnergySums, ObservedPoint, Recorder, Response, SolverWork, empty_columns, push},
 };
 
 /// Velocities of watched places at the samples: of every bead's centre, and last of the far pole. They carry none of their own (their
@@ -103,10 +103,10 @@ impl Record {
         push(radius, pressed);
     }
 
-    pub(super) fn response(self, observed: ObservedPoint, balance: &EnergyBalance, work: SolverWork) -> Response {
+    pub(super) fn response(self, observed: ObservedPoint, balance: &EnergySums, work: SolverWork) -> Response {
         let output_step = self.follower.sampling.output_step;
         let mut velocity = self.follower.velocity;
         let pole = velocity.pop();
-        Recorder { velocity, ..self.columns }.response(output_step, pole, observed, balance.ledger(), work)
+        Recorder { velocity, ..self.columns }.response(output_step, pole, observed, balance.balance(), work)
     }
 }

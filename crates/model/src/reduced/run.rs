@@ -19,7 +19,7 @@ use crate::{
     horn::HornStep,
     need_drive,
     number::{Lane, Mask, Number},
-    response::{Channels, EnergyBalance, ObservedPoint, Response, SolverWork},
+    response::{Channels, EnergySums, ObservedPoint, Response, SolverWork},
     scene::{PistonMotion, Scene},
     tally,
     water::{front::WaterRecord, loaded_disc::LoadedDisc},
@@ -65,7 +65,7 @@ impl Reduction {
                 wet.disc.sample(water_record);
             }
         };
-        run.balance = EnergyBalance::starting(run.energy(), run.balance.channels);
+        run.balance = EnergySums::starting(run.energy(), run.balance.channels);
         record.follower.follow(0, &run.motion);
         record.sample(&run.motion);
         sample_water(&run, &mut water_record);
@@ -228,7 +228,7 @@ fn advance<N: Number, B: Backing<N>>(motion: &mut Motion<'_, N, B>, position: N,
 #[derive(Debug)]
 struct Single<'a> {
     motion: Motion<'a, f64, Option<Wet>>,
-    balance: EnergyBalance,
+    balance: EnergySums,
     work: SolverWork,
     /// Whole and dashpot forces of the last step, N.
     before: Vec<[f64; 2]>,
@@ -263,7 +263,7 @@ impl<'a> Single<'a> {
         let has_channels =
             attached.horn.is_some() || attached.hold.is_some() || mechanics.laws.iter().any(Option::is_some);
         let motion = Motion::new(reduction, mechanics, &[beginning], scene.damping.tension, true, step, wet, attached);
-        let balance = EnergyBalance::default();
+        let balance = EnergySums::default();
         Ok(Self { motion, balance, work, before, driven: piston, crept: 0.0, source_work: 0.0, has_channels })
     }
 

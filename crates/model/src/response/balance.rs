@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Channels, EnergyLedger};
+use super::{Channels, EnergyBalance};
 
 /// Energies (J) as every stepper keeps them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct EnergyBalance {
+pub(crate) struct EnergySums {
     pub(crate) initial: f64,
     pub(crate) piston_work: f64,
     pub(crate) dissipated: f64,
@@ -19,7 +19,7 @@ pub(crate) struct EnergyBalance {
     pub(crate) channels: Option<Channels>,
 }
 
-impl EnergyBalance {
+impl EnergySums {
     /// At the start, with the energies (kinetic, stored).
     pub(crate) fn starting((kinetic, stored): (f64, f64), channels: Option<Channels>) -> Self {
         let initial = kinetic + stored;
@@ -50,8 +50,8 @@ impl EnergyBalance {
         self.initial + self.piston_work - self.kinetic - self.stored - self.dissipated - self.lost()
     }
 
-    pub(crate) fn ledger(&self) -> EnergyLedger {
-        EnergyLedger {
+    pub(crate) fn balance(&self) -> EnergyBalance {
+        EnergyBalance {
             initial_j: self.initial,
             piston_work_j: self.piston_work,
             kinetic_j: self.kinetic,

@@ -8,7 +8,7 @@ mod table;
 mod vtu;
 mod work;
 
-pub(crate) use balance::EnergyBalance;
+pub(crate) use balance::EnergySums;
 pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
 pub use npy::write_npy;
 pub(crate) use recorder::{Recorder, empty_columns, push};
@@ -45,7 +45,7 @@ pub struct Response {
     /// What the disc at the far end and the water behind it did. Only where the scene has a disc.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disc: Option<DiscResponse>,
-    pub energy: EnergyLedger,
+    pub energy: EnergyBalance,
     /// What the run cost, in counts that do not depend on the machine.
     pub work: SolverWork,
 }
@@ -138,7 +138,7 @@ impl Channels {
 
 /// Energies at the end of the run and the works done on the way, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct EnergyLedger {
+pub struct EnergyBalance {
     /// Energy at the start: stored in the contacts (precompression) and kinetic, J.
     pub initial_j: f64,
     /// Work done by the piston on the chain, J.
@@ -170,7 +170,7 @@ pub const SMALL_RESIDUAL: f64 = 0.01;
 /// Share of the largest energy above which what is unaccounted for makes a run an error, 1.
 pub(crate) const LARGEST_RESIDUAL: f64 = 0.1;
 
-impl EnergyLedger {
+impl EnergyBalance {
     /// Energy unaccounted for over the largest energy, 1; 0 where nothing moved.
     pub(crate) fn residual_share(&self) -> f64 {
         if self.largest_j > 0.0 { self.residual_j / self.largest_j } else { 0.0 }
@@ -199,14 +199,14 @@ mod tests {
 
     #[test]
     fn a_balance_open_by_a_hundredth_is_warned_of_and_by_a_tenth_refused() {
-        let open = |residual_j| EnergyLedger { residual_j, largest_j: 2.0, ..EnergyLedger::default() };
+        let open = |residual_j| EnergyBalance { residual_j, largest_j: 2.0, ..EnergyBalance::default() };
         assert_eq!(
-            (open(0.02).warning(), open(-0.02).warning(), EnergyLedger::default().warning()),
+            (open(0.02).warning(), open(-0.02).warning(), EnergyBalance::default().warning()),
             (None, None, None)
         );
         assert!(open(0.03).warning().is_some_and(|warning| warning.starts_with("1.5 % of the largest energy is lost")));
         assert!(open(-0.03).warning().is_some_and(|warning| warning.contains("comes from nowhere")));
-        assert!(!open(0.2).is_broken() && !open(-0.2).is_broken() && !EnergyLedger::default().is_broken());
+        assert!(!open(0.2).is_broken() && !open(-0.2).is_broken() && !EnergyBalance::default().is_broken());
         for residual in [0.21, -0.21, 5.0] {
             assert!(open(residual).is_broken());
         }

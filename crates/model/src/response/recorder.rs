@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{EnergyLedger, ObservedPoint, Response, SolverWork};
+use super::{EnergyBalance, ObservedPoint, Response, SolverWork};
 use granchain_signal::Series;
 
 /// One column a place: of the piston (m), the beads (m, m/s) and the contacts (N; m, where the model resolves them).
@@ -34,7 +34,7 @@ impl Recorder {
         output_step: f64,
         pole: Option<Vec<f64>>,
         observed: ObservedPoint,
-        energy: EnergyLedger,
+        energy: EnergyBalance,
         work: SolverWork,
     ) -> Response {
         let series = |values: Vec<f64>| Series::new(0.0, output_step, values);

@@ -64,7 +64,7 @@ fn push_number(line: &mut String, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::response::EnergyLedger;
+    use crate::response::EnergyBalance;
     use granchain_signal::Series;
 
     fn response() -> Response {
@@ -79,7 +79,7 @@ mod tests {
             contact_radius: None,
             sensor_force: None,
             disc: None,
-            energy: EnergyLedger::default(),
+            energy: EnergyBalance::default(),
             work: crate::response::SolverWork::default(),
         }
     }

@@ -20,7 +20,7 @@ use crate::{
     contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
     holder::HoldLoss,
     horn::{HornMotion, HornStep},
-    response::EnergyBalance,
+    response::EnergySums,
     scene::{Bead, Damping, FlatContact, PistonMotion},
 };
 
@@ -95,7 +95,7 @@ pub(super) struct Moment<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Totals {
     /// Of beads and contacts; what is no longer there went into disc and water.
-    pub balance: EnergyBalance,
+    pub balance: EnergySums,
     pub events: u64,
     pub dashpots: u64,
     /// Evaluations of the horn, and of the bead guide of a bead.
@@ -153,7 +153,7 @@ pub(super) fn integrate_on_disc(
         let pairs = (0..count).map(|i| hertz_energy(stiffness[i], u[i] - u[i + 1] + rest[i]));
         pairs.sum::<f64>() + contact.stored(pressing)
     };
-    let balance = EnergyBalance::starting((0.0, pressed(&vec![0.0; count + 1], &pressing)), None);
+    let balance = EnergySums::starting((0.0, pressed(&vec![0.0; count + 1], &pressing)), None);
     let mut totals = Totals { balance, ..Totals::default() };
     let stopped = |time| Err(ChainOnWaterError::Stopped { time });
     if !observe(&Moment { instant: 0, time: 0.0, displacement: &u, velocity: &v, force: &force, disc }) {

@@ -24,7 +24,7 @@ use crate::{
     ModelError, Progress,
     attached::Attached,
     contact_law::dashpots,
-    response::{EnergyLedger, ObservedPoint, Recorder, Response, SolverWork, push},
+    response::{EnergyBalance, ObservedPoint, Recorder, Response, SolverWork, push},
     scene::{
         Baffle, Bead, ContactLaw, DiscShape, Integrator, MaterialLoss, PistonMotion, Rim, Scene, WaterMethod,
         WaterSettings,
@@ -224,7 +224,7 @@ impl DiscSupport {
         let chain_j = balance.kinetic + balance.stored + balance.dissipated;
         let held = chain_j + disc_j.unwrap_or(0.0) + water_j + balance.lost();
         let residual_j = balance.initial + balance.piston_work - held;
-        let energy = EnergyLedger { disc_j, water_j: Some(water_j), residual_j, ..balance.ledger() };
+        let energy = EnergyBalance { disc_j, water_j: Some(water_j), residual_j, ..balance.balance() };
         let mut response = columns.response(scene.output_step, None, ObservedPoint::Pole, energy, work);
         water_record.enter(self.disc.shape(), self.water.as_ref(), &mut response);
         Ok(response)

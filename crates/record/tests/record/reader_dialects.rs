@@ -264,9 +264,9 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
         "vib.csv:2: expected a number that can be read in one way, found only such as `1,000`: a decimal or thousands set \
          apart; pass --read decimal=comma if it is a decimal, else export without setting thousands apart"
     );
-    let told = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
+    let given = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
     let record =
-        read_record_bytes(Path::new("vib.csv"), grouped.as_bytes(), Some(RecordKind::Vibrometer), &told).unwrap();
+        read_record_bytes(Path::new("vib.csv"), grouped.as_bytes(), Some(RecordKind::Vibrometer), &given).unwrap();
     assert_eq!(record.raw.values[0], 1.234e-3);
 }
 

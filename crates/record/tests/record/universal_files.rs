@@ -293,9 +293,9 @@ fn units_stated_twice_must_agree() {
     // A label of another quantity, an unknown label, none.
     assert!(refused(&with("mm")).contains("expected one unit, found the label `mm` and quantity 11 (velocity); say"));
     assert!(refused(&with("furlong")).contains("unknown unit `furlong`"));
-    let told = ReadOptions { unit: Some("mm/s".into()), ..ReadOptions::default() };
+    let given = ReadOptions { unit: Some("mm/s".into()), ..ReadOptions::default() };
     for label in ["mm", "furlong", "NONE"] {
-        assert_eq!(read(&with(label), &told).unwrap().raw.values, plain().raw.values, "{label}");
+        assert_eq!(read(&with(label), &given).unwrap().raw.values, plain().raw.values, "{label}");
     }
     let record = read_plainly(&with("NONE"));
     assert_eq!(record.raw.values[21], plain().raw.values[21] * 1e3);
@@ -313,7 +313,7 @@ fn units_stated_twice_must_agree() {
     let general = replaced(&with("NONE"), b"        11    0    0    0", b"         1    1    0    0");
     let error = read(&general, &ReadOptions::default()).unwrap_err();
     assert!(matches!(error, MeasurementError::NoUnit { .. }), "{error}");
-    let record = read(&general, &told).unwrap();
+    let record = read(&general, &given).unwrap();
     assert!(
         record.assumptions.iter().any(|text| text.contains("exponents 1 of length, 0 of force")),
         "{:?}",

@@ -56,7 +56,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     blocks.extend(laws.first().and_then(|law| table::fitted(law, report, 0)).map(Block::Table));
     blocks.extend(table::features(report, 0).map(Block::Table));
     joint::companions(report, &mut blocks);
-    rungs(report, &laws, &mut blocks);
+    fidelities(report, &laws, &mut blocks);
     blocks.push(Block::Heading("Search".into()));
     for law in &laws {
         blocks.push(Block::Paragraph(search_words(law)));
@@ -70,9 +70,9 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         );
         section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
     }
-    if let Some(ledger) = &report.energy {
+    if let Some(balance) = &report.energy {
         blocks.push(Block::Heading("Energy".into()));
-        blocks.push(Block::Table(energy_table(ledger)));
+        blocks.push(Block::Table(energy_table(balance)));
     }
     provenance(report, &mut blocks);
     Page {
@@ -117,7 +117,7 @@ fn share(p: f64) -> String {
 }
 
 /// The fidelity levels side by side.
-fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
+fn fidelities(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) {
     let laddered = || laws.iter().filter(|law| law.drawn.below.is_some());
     if laddered().next().is_none() {
         return;
@@ -134,9 +134,9 @@ fn rungs(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Block>) 
              {of_below} corrected round by round, led them. Where the regions part, the model below leaves out what the record shows.",
             capitalised(&law.name())
         )));
-        blocks.push(Block::Table(table::rungs(law)));
-        blocks.push(Block::Plates(figures::rungs(law).into_iter().collect()));
-        blocks.extend(table::rung_features(law, report.lead()).map(Block::Table));
+        blocks.push(Block::Table(table::fidelities(law)));
+        blocks.push(Block::Plates(figures::fidelities(law).into_iter().collect()));
+        blocks.extend(table::fidelity_features(law, report.lead()).map(Block::Table));
     }
 }
 
@@ -275,11 +275,13 @@ fn facts(report: &CalibrationReport, laws: &[Law<'_>]) -> Vec<(String, String)> 
 }
 
 fn search_words(law: &Law<'_>) -> String {
-    let Some(answering) = law.fit.rungs.iter().rev().find(|rung| rung.verdict.is_some()) else { return String::new() };
+    let Some(answering) = law.fit.fidelities.iter().rev().find(|fidelity| fidelity.verdict.is_some()) else {
+        return String::new();
+    };
     // Numbers are left out of the reasons, so that alike ones meet.
-    let told = |reason: &str| reason.replace('…', "so many");
+    let given = |reason: &str| reason.replace('…', "so many");
     let failures: Vec<_> =
-        law.fit.failures.iter().map(|(reason, count)| format!("{count} × {}", told(reason))).collect();
+        law.fit.failures.iter().map(|(reason, count)| format!("{count} × {}", given(reason))).collect();
     let failed = match answering.failed_runs {
         0 => "none of which failed".to_owned(),
         failed => format!(

@@ -322,7 +322,7 @@ fn pairs(law: &Law<'_>) -> Option<Plate> {
 }
 
 /// The 90 % regions of all fidelity levels on common axes.
-pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
+pub(super) fn fidelities(law: &Law<'_>) -> Option<Plate> {
     let [first, second, ..] = law.parameters.as_slice() else { return None };
     let (below, above) = (law.below(), law.drawn.map.as_ref()?);
     let region = |panel: Panel, label: &str, map: &DensityMap, stroke: Stroke| {
@@ -333,7 +333,7 @@ pub(super) fn rungs(law: &Law<'_>) -> Option<Plate> {
             stroke,
         })
     };
-    let upper = law.fit.rungs.get(below.len())?.model.as_str();
+    let upper = law.fit.fidelities.get(below.len())?.model.as_str();
     let at = |parameters: &[Estimate]| match parameters {
         [first, second, ..] => vec![(first.value, second.value)],
         _ => Vec::new(),

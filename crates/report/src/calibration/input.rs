@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::BenchReport;
 use crate::sweep::SweepReport;
 use granchain_calibration::outcome::CalibrationOutcome;
-use granchain_model::response::EnergyLedger;
+use granchain_model::response::EnergyBalance;
 use granchain_signal::{Series, feature::Window};
 
 /// Everything the report says, plain and in SI.
@@ -28,7 +28,7 @@ pub struct CalibrationReport {
     /// Features against α around the fit.
     pub alpha_sweep: Option<SweepReport>,
     /// Where the piston's work went in the calibrated run.
-    pub energy: Option<EnergyLedger>,
+    pub energy: Option<EnergyBalance>,
     /// Settings worth knowing: name and value with unit.
     pub settings: Vec<(String, String)>,
     pub command_line: String,

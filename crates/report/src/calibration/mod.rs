@@ -62,7 +62,7 @@ impl CalibrationReport {
             for (name, fitted) in &law.parameters {
                 parameter(&|| format!("{name} ({kind})"), fitted)?;
             }
-            for (name, fitted) in law.rungs.iter().flat_map(|rung| &rung.parameters) {
+            for (name, fitted) in law.fidelities.iter().flat_map(|fidelity| &fidelity.parameters) {
                 parameter(&|| format!("{name} of a model ({kind})"), fitted)?;
             }
             for record in &law.records {

@@ -6,7 +6,7 @@ use super::{CalibrationReport, DensityMap, LawReport, RecordReport};
 use crate::{figure::Map, number, page::Column};
 use granchain_calibration::predict::observation::watched_of;
 use granchain_calibration::{
-    outcome::{FitOutcome, FittedFeature, FittedParameter, OutcomeFeature, RungOutcome},
+    outcome::{FidelityOutcome, FitOutcome, FittedFeature, FittedParameter, OutcomeFeature},
     parameter::{PARAMETERS, Parameter, Shown},
 };
 use granchain_model::scene::DampingKind;
@@ -106,10 +106,10 @@ impl<'r> Law<'r> {
     pub(super) fn below(&self) -> Vec<(&'r str, &'r LawReport, Vec<Estimate>)> {
         let below = std::iter::successors(self.drawn.below.as_deref(), |law| law.below.as_deref());
         let below: Vec<&LawReport> = below.collect();
-        let own = |(law, rung): (&'r LawReport, &'r RungOutcome)| {
-            (rung.model.as_str(), law, estimates(&rung.parameters, &law.parameters, &self.fit.damping_kind))
+        let own = |(law, fidelity): (&'r LawReport, &'r FidelityOutcome)| {
+            (fidelity.model.as_str(), law, estimates(&fidelity.parameters, &law.parameters, &self.fit.damping_kind))
         };
-        below.into_iter().rev().zip(&self.fit.rungs).map(own).collect()
+        below.into_iter().rev().zip(&self.fit.fidelities).map(own).collect()
     }
 
     /// Correlation of the first two parameters, where there are two.

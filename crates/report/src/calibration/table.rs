@@ -124,9 +124,9 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
         .iter()
         .flat_map(|law| {
             let fit = law.fit;
-            let answering = fit.rungs.iter().rev().find(|rung| rung.verdict.is_some());
-            let runs =
-                answering.map_or_else(String::new, |rung| format!("{} ({} failed)", rung.runs, rung.failed_runs));
+            let answering = fit.fidelities.iter().rev().find(|fidelity| fidelity.verdict.is_some());
+            let runs = answering
+                .map_or_else(String::new, |fidelity| format!("{} ({} failed)", fidelity.runs, fidelity.failed_runs));
             law.parameters.iter().enumerate().map(move |(index, parameter)| {
                 let once = |text: String| if index == 0 { text } else { String::new() };
                 let unit = unit(&parameter.unit);
@@ -167,16 +167,16 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
 }
 
 /// What every model found by itself.
-pub(super) fn rungs(law: &Law<'_>) -> Table {
-    let rows = law.fit.rungs.iter().map(|rung| {
-        let own = estimates(&rung.parameters, &law.drawn.parameters, &law.fit.damping_kind);
-        let values = own.into_iter().map(|own| match rung.verdict {
+pub(super) fn fidelities(law: &Law<'_>) -> Table {
+    let rows = law.fit.fidelities.iter().map(|fidelity| {
+        let own = estimates(&fidelity.parameters, &law.drawn.parameters, &law.fit.damping_kind);
+        let values = own.into_iter().map(|own| match fidelity.verdict {
             Some(_) => with_interval(own.value, own.low.zip(own.high)),
             None => format!("{} (run there)", short(own.value)),
         });
-        let runs = format!("{} ({} failed)", rung.runs, rung.failed_runs);
-        let verdict = rung.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
-        [rung.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
+        let runs = format!("{} ({} failed)", fidelity.runs, fidelity.failed_runs);
+        let verdict = fidelity.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
+        [fidelity.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
     });
     let parameters = law.parameters.iter().map(Estimate::column);
     let columns = [Column::words("Rung")]
@@ -191,12 +191,12 @@ pub(super) fn rungs(law: &Law<'_>) -> Table {
 }
 
 /// The fitted features as every model expects them at the answer.
-pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Table> {
-    let (fit, rungs) = (law.fit, &law.fit.rungs);
-    let compared = record.compared.iter().filter_map(|name| Some((name, fit.rung_differences.get(name)?)));
+pub(super) fn fidelity_features(law: &Law<'_>, record: &RecordReport) -> Option<Table> {
+    let (fit, fidelities) = (law.fit, &law.fit.fidelities);
+    let compared = record.compared.iter().filter_map(|name| Some((name, fit.fidelity_differences.get(name)?)));
     let rows: Vec<Vec<String>> = compared
         .map(|(name, [difference, standard_error])| {
-            let expected: Vec<_> = rungs.iter().map(|rung| rung.features.get(name)).collect();
+            let expected: Vec<_> = fidelities.iter().map(|fidelity| fidelity.features.get(name)).collect();
             let unit = expected.iter().flatten().next().map_or("1", |feature| feature.unit.as_str());
             let (factor, shown) = sound_unit(unit);
             let recorded = fit.fitted_features.get(name).and_then(|feature| feature.measured);
@@ -218,7 +218,7 @@ pub(super) fn rung_features(law: &Law<'_>, record: &RecordReport) -> Option<Tabl
         return None;
     }
     let mut columns = vec![Column::words("Feature"), Column::numbers(record.record_label.clone())];
-    columns.extend(rungs.iter().map(|rung| Column::numbers(rung.model.clone())));
+    columns.extend(fidelities.iter().map(|fidelity| Column::numbers(fidelity.model.clone())));
     columns.push(Column::numbers("difference").unit("%"));
     columns.push(Column::words("unit"));
     Some(Table {

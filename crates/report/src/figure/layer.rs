@@ -55,7 +55,7 @@ impl Stroke {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     Disc,
-    /// Small filled dot, for clouds of runs.
+    /// Small filled dot, for sets of runs.
     Dot,
     /// Circle with a white face.
     Ring,

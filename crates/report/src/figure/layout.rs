@@ -298,7 +298,7 @@ fn place<'a>(measured: Measured<'a>, cell_left: f64, left: f64, width: f64, cell
 
 /// Smallest and largest x, and the share of the span to leave free on both sides.
 fn spread_x(panel: &Panel) -> Option<Spread> {
-    let mut seen = Seen::default();
+    let mut seen = Extent::default();
     for layer in panel.layers.iter().filter(|layer| !matches!(layer, Layer::MarkX { .. })) {
         layer.places(&mut |_, x, _| x.into_iter().for_each(|x| seen.add(x)));
     }
@@ -313,7 +313,7 @@ fn spread_x(panel: &Panel) -> Option<Spread> {
 /// Smallest and largest y among what lies between the ends of the x axis, and the share of the span to leave free.
 fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<Spread> {
     let inside = |x: f64| x >= low_x && x <= high_x;
-    let mut seen = Seen { pad: 0.05, ..Seen::default() };
+    let mut seen = Extent { pad: 0.05, ..Extent::default() };
     for layer in &panel.layers {
         layer.places(&mut |_, x, y| y.into_iter().filter(|_| x.is_none_or(inside)).for_each(|y| seen.add(y)));
         match layer {
@@ -333,7 +333,7 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<Spread> {
 
 /// Smallest and largest value of a field; nothing is left free.
 fn spread_of_values(cells: &[Cell]) -> Option<Spread> {
-    let mut seen = Seen::default();
+    let mut seen = Extent::default();
     cells.iter().flat_map(|cell| &cell.0).for_each(|corner| seen.add(corner.2));
     seen.spread()
 }
@@ -342,19 +342,19 @@ fn spread_of_values(cells: &[Cell]) -> Option<Spread> {
 pub(super) type Spread = (f64, f64, f64);
 
 /// The smallest and the largest value met.
-struct Seen {
+struct Extent {
     low: f64,
     high: f64,
     pad: f64,
 }
 
-impl Default for Seen {
+impl Default for Extent {
     fn default() -> Self {
         Self { low: f64::INFINITY, high: f64::NEG_INFINITY, pad: 0.0 }
     }
 }
 
-impl Seen {
+impl Extent {
     fn add(&mut self, value: f64) {
         self.low = self.low.min(value);
         self.high = self.high.max(value);

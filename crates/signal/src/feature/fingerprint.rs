@@ -24,7 +24,7 @@ use std::{borrow::Cow, sync::Arc};
 use realfft::{RealFftPlanner, RealToComplex};
 use thiserror::Error;
 
-use super::{Measurand, landmark::fall};
+use super::{Measurand, alignment::fall};
 use crate::{Series, about_running_mean};
 
 /// Samples a drive period of a conditioned trace.
@@ -174,7 +174,7 @@ impl std::fmt::Debug for Fingerprint {
 impl Fingerprint {
     /// A fingerprint for traces compared with one record of a velocity.
     ///
-    /// - `threshold`: onset threshold, m/s, see [`onset_threshold`](super::landmark::onset_threshold)
+    /// - `threshold`: onset threshold, m/s, see [`onset_threshold`](super::alignment::onset_threshold)
     /// - `scale`: P, the peak of the record, m/s
     /// - `cycles`: drive periods that may be used after the onset
     ///
@@ -211,7 +211,7 @@ impl Fingerprint {
     /// of 6) and nothing else.
     ///
     /// - `placed`: by the fall where that was recorded, else somewhere
-    /// - `level`: rms of the fall, see [`Strength`](super::landmark::Strength), or onset threshold
+    /// - `level`: rms of the fall, see [`Strength`](super::alignment::Strength), or onset threshold
     /// - `cycles`: periods that may be used before the fall, or from the beginning on; `None` below 6
     pub fn inside(
         placed: Placed,
@@ -323,7 +323,7 @@ impl Fingerprint {
     ///
     /// # Errors
     /// Where it has none.
-    pub fn landmark(&self, trace: &Series) -> Result<usize, FingerprintError> {
+    pub fn alignment(&self, trace: &Series) -> Result<usize, FingerprintError> {
         let (measurand, threshold, values) = (self.measurand, self.threshold, &trace.values);
         if self.falls() {
             return fall(values, threshold).ok_or(FingerprintError::NoFall { measurand, level: threshold });
@@ -352,9 +352,9 @@ impl Fingerprint {
     /// No onset, or too few periods after it.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
         let values = &trace.values;
-        let landmark = self.landmark(trace)?;
+        let alignment = self.alignment(trace)?;
         let [needed, late_start] = [self.cycles_needed(), self.late_start].map(|cycles| cycles * SAMPLES_PER_CYCLE);
-        let available = if self.falls() { landmark } else { values.len() - landmark };
+        let available = if self.falls() { alignment } else { values.len() - alignment };
         if available < needed {
             let available_cycles = available as f64 / SAMPLES_PER_CYCLE as f64;
             let needed_cycles = self.cycles_needed() as f64;
@@ -364,9 +364,9 @@ impl Fingerprint {
             });
         }
         let looked_at = match self.placed {
-            Placed::Onset => landmark..landmark + needed,
-            Placed::Late | Placed::Somewhere => landmark + late_start..landmark + needed,
-            Placed::Fall => landmark - needed..landmark,
+            Placed::Onset => alignment..alignment + needed,
+            Placed::Late | Placed::Somewhere => alignment + late_start..alignment + needed,
+            Placed::Fall => alignment - needed..alignment,
         };
         let compared = about_running_mean(&values[looked_at], MEAN_CYCLES * SAMPLES_PER_CYCLE);
         let late = &compared[compared.len() - (needed - late_start)..];
@@ -434,7 +434,7 @@ fn extremes(values: &[f64]) -> (f64, f64) {
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::{super::landmark::Strength, *};
+    use super::{super::alignment::Strength, *};
 
     /// A burst that starts `delay` periods late: line amplitudes 0.1 at f0/3 and 0.2 at f0, m/s.
     fn burst(delay: f64) -> Series {

@@ -20,6 +20,7 @@
 //!
 //! [`measure`] collects them in one [`Features`].
 
+pub mod alignment;
 mod correlation;
 mod distortion;
 mod error;
@@ -27,7 +28,6 @@ pub mod fingerprint;
 mod frequency;
 mod impulse;
 mod interpolation;
-pub mod landmark;
 mod line;
 mod measurand;
 mod measure;

@@ -108,7 +108,7 @@ pub(super) mod tests {
             interval_s: 4e-7,
             processor: String::new(),
             references: vec![reference],
-            chaos: Chaos { setting, members: 0, seed: 1, floor: 0.0, features: Vec::new() },
+            chaos: Chaos { setting, replicates: 0, seed: 1, floor: 0.0, features: Vec::new() },
             own: Vec::new(),
             measured: points.iter().map(|(error, seconds)| measured(*error, *seconds)).collect(),
         }

@@ -160,14 +160,14 @@ impl fmt::Display for Setting {
     /// What tells it from others of its fidelity level: `mesh_density=12, step=50 ns, modes=8`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let own = self.fidelity.sets();
-        let mut told = self.sets.iter().filter(|set| !own.contains(&set.as_str())).map(|set| {
+        let mut given = self.sets.iter().filter(|set| !own.contains(&set.as_str())).map(|set| {
             let (key, value) = set.split_once('=').unwrap_or((set, ""));
             (key.rsplit('.').next().unwrap_or(key).replace('_', " "), value)
         });
-        if let Some((key, value)) = told.next() {
+        if let Some((key, value)) = given.next() {
             write!(f, "{key} {value}")?;
         }
-        told.try_for_each(|(key, value)| write!(f, ", {key} {value}"))
+        given.try_for_each(|(key, value)| write!(f, ", {key} {value}"))
     }
 }
 

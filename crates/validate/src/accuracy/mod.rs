@@ -30,7 +30,7 @@ use self::{
 use granchain_calibration::predict::{
     EnsemblePlan,
     ensemble::Moments,
-    members::{Watch, perturbations, varied},
+    replicates::{Watch, perturbations, varied},
 };
 use granchain_model::{
     ModelError,
@@ -48,7 +48,7 @@ pub struct AccuracyPlan {
     /// Compute the references again and measure every setting, instead of those that take little time against the stored references.
     pub full: bool,
     /// Perturbed copies for the chaos floor.
-    pub members: usize,
+    pub replicates: usize,
     pub seed: u64,
     /// What a run may ask for.
     pub limits: Limits,
@@ -123,9 +123,9 @@ impl Study {
         if !self.plan.full {
             return settings;
         }
-        let members = self.plan.members as f64 * self.ladder.chaos.expected_seconds(self.scene.duration);
+        let replicates = self.plan.replicates as f64 * self.ladder.chaos.expected_seconds(self.scene.duration);
         let references: f64 = self.references().flatten().map(|setting| self.expected_reference(setting)).sum();
-        settings + members + references
+        settings + replicates + references
     }
 
     #[must_use]
@@ -337,7 +337,7 @@ impl Study {
     fn chaos(&self, watch: &dyn Watch) -> Result<Chaos, AccuracyError> {
         let setting = &self.ladder.chaos;
         let scene = self.source().scene(setting, &[self.watched.output_step(setting.step())])?;
-        let variations = perturbations(&scene, &EnsemblePlan::new(self.plan.members, self.plan.seed));
+        let variations = perturbations(&scene, &EnsemblePlan::new(self.plan.replicates, self.plan.seed));
         let prepared = granchain_model::prepare(&scene).map_err(|error| failed(setting, error))?;
         let see = |scene: &scene::Scene| {
             let response = prepared.run(scene, &mut |_| !watch.stop()).map_err(|error| failed(setting, error))?;
@@ -365,7 +365,7 @@ impl Study {
         };
         Ok(Chaos {
             setting: setting.clone(),
-            members: copies.len(),
+            replicates: copies.len(),
             seed: self.plan.seed,
             floor: kept((squares / copies.len() as f64).sqrt()),
             features: names.into_iter().enumerate().map(spread).collect(),

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::{AccuracyError, ladder::Setting};
-use granchain_calibration::predict::members::Watch;
+use granchain_calibration::predict::replicates::Watch;
 use granchain_model::{
     self as model, Estimate, ModelError,
     fea::{Control, Simulation},
@@ -176,7 +176,7 @@ pub fn processor() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_calibration::predict::members::Unwatched;
+    use granchain_calibration::predict::replicates::Unwatched;
 
     #[test]
     fn least_and_median_of_repetitions() {

@@ -41,7 +41,8 @@ pub struct Chaos {
     /// How the copies were computed.
     pub setting: Setting,
     /// Copies: gaps jittered by 0.3 nm, the drive by 1 ± 1e-4.
-    pub members: usize,
+    #[serde(rename = "members")]
+    pub replicates: usize,
     pub seed: u64,
     /// Rms over the copies of the relative change of the waveform over the window, 1: the level below which accuracy buys nothing.
     pub floor: f64,

@@ -208,7 +208,7 @@ mod tests {
             sensor_force: None,
             contact_radius: None,
             disc: None,
-            energy: granchain_model::response::EnergyLedger::default(),
+            energy: granchain_model::response::EnergyBalance::default(),
             work: granchain_model::response::SolverWork::default(),
         }
     }

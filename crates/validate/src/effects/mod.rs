@@ -20,7 +20,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use self::{clock::Clock, switch::Switch};
-use granchain_calibration::predict::members::Watch;
+use granchain_calibration::predict::replicates::Watch;
 use granchain_model::{
     self as model, ModelError, Prepared,
     response::{Preparation, Response, SolverWork},

@@ -284,13 +284,15 @@ pub struct Setting {
     pub gaps: Vec<f64>,
     pub drive: String,
     /// Overrides of the scene `annulus` given to the fit.
-    pub told: Vec<String>,
+    #[serde(rename = "told")]
+    pub given: Vec<String>,
     /// Further ones of the truth.
     pub truth: Vec<String>,
     /// Uncertainties given to the fit: `--uncertainty`.
     pub uncertainty: Vec<(String, f64)>,
     /// Drive frequency given to the fit, Hz.
-    pub told_frequency_hz: f64,
+    #[serde(rename = "told_frequency_hz")]
+    pub given_frequency_hz: f64,
     pub laboratory: Laboratory,
 }
 
@@ -355,8 +357,8 @@ impl Setting {
         };
         let lab = &mut laboratory;
         let (mut kind, mut beads, mut radius, mut material) = ("tone-burst", 6_u64, 0.5e-3_f64, "chrome-steel");
-        let (mut told_law, mut truth, mut uncertainty) = (linear, Vec::new(), Vec::new());
-        let (mut first_gap, mut true_beads, mut told_frequency) = (0.0, None, None);
+        let (mut given_law, mut truth, mut uncertainty) = (linear, Vec::new(), Vec::new());
+        let (mut first_gap, mut true_beads, mut given_frequency) = (0.0, None, None);
         let hum_of = |r: &mut ChaCha8Rng, frequency: f64, low: f64, high: f64| {
             Some([frequency, r.random_range(low..high), r.random_range(0.0..std::f64::consts::TAU)])
         };
@@ -436,7 +438,7 @@ impl Setting {
                 support = "annulus";
                 truth.push("support.stiffness_factor=0.7".to_owned());
             }
-            OtherLaw => told_law = !linear,
+            OtherLaw => given_law = !linear,
             BeadFewer => true_beads = Some(beads - 1),
             BeadMore => true_beads = Some(beads + 1),
             Radius => truth.push(format!("chain.radius={}", 1.1 * radius)),
@@ -461,7 +463,7 @@ impl Setting {
             UnitUp => lab.gain = 1e3,
             UnitDown => lab.gain = 1e-3,
             Swapped => (lab.horn_velocity, lab.swapped) = (true, true),
-            Frequency => told_frequency = Some(40e3),
+            Frequency => given_frequency = Some(40e3),
             Clipped60 => lab.clip = Some(0.6),
             Clipped85 => lab.clip = Some(0.85),
             StrongHum => {
@@ -512,18 +514,18 @@ impl Setting {
         if kind == "tone-burst" {
             truth.push(format!("drive.ring_up={ring_up}"));
         }
-        let mut told = vec![
+        let mut given = vec![
             format!("chain.beads={beads}"),
             format!("chain.radius={radius}"),
             format!("chain.material={material}"),
             format!("support.kind={support}"),
         ];
         if support == "spring" {
-            told.push(format!("support.stiffness={SPRING}"));
+            given.push(format!("support.stiffness={SPRING}"));
         }
-        told.push(format!("damping.kind={}", law(told_law)));
+        given.push(format!("damping.kind={}", law(given_law)));
         if condition == Period3 {
-            told.push("damping.at=beads".to_owned());
+            given.push("damping.at=beads".to_owned());
         }
         let drive = if kind == "tone-burst" { format!("tone burst, τ {:.0} µs", 1e6 * ring_up) } else { kind.into() };
         let setting = Self {
@@ -534,10 +536,10 @@ impl Setting {
             values: [alpha, coefficient],
             gaps,
             drive,
-            told,
+            given,
             truth,
             uncertainty,
-            told_frequency_hz: told_frequency.unwrap_or(frequency),
+            given_frequency_hz: given_frequency.unwrap_or(frequency),
             laboratory,
         };
         (setting, random)

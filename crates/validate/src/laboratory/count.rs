@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{super::twins::median, Condition, LaboratoryFit, LaboratoryTwin, Regime};
+use super::{super::synthetic::median, Condition, LaboratoryFit, LaboratoryRecord, Regime};
 use granchain_calibration::{
     agreement::{DOUBTFUL, OUTSIDE},
     diagnosis::{Cause, Finding},
@@ -39,7 +39,8 @@ pub struct ParameterCount {
 pub struct Tally {
     /// What they have in common.
     pub group: String,
-    pub twins: usize,
+    #[serde(rename = "twins")]
+    pub synthetics: usize,
     pub parameters: Vec<ParameterCount>,
     pub within: usize,
     pub doubtful: usize,
@@ -60,7 +61,8 @@ pub struct Tally {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WrongTally {
     pub group: String,
-    pub twins: usize,
+    #[serde(rename = "twins")]
+    pub synthetics: usize,
     /// Those that did not end `within scatter`, refusals among them.
     pub unmasked: usize,
     /// Those whose diagnosis has the cause among its three, or whose refusal names it.
@@ -86,28 +88,33 @@ pub struct LaboratoryCount {
 
 impl LaboratoryCount {
     #[must_use]
-    pub fn of(twins: &[LaboratoryTwin]) -> Self {
+    pub fn of(synthetics: &[LaboratoryRecord]) -> Self {
         let (wrong, right): (Vec<_>, Vec<_>) =
-            twins.iter().partition(|twin| twin.setting.condition.expected().is_some());
-        let all: Vec<(String, Vec<&LaboratoryTwin>)> =
+            synthetics.iter().partition(|synthetic| synthetic.setting.condition.expected().is_some());
+        let all: Vec<(String, Vec<&LaboratoryRecord>)> =
             if right.is_empty() { Vec::new() } else { vec![("all".into(), right.clone())] };
-        let tallies = |groups: Vec<(String, Vec<&LaboratoryTwin>)>| -> Vec<Tally> {
-            groups.into_iter().map(|(group, twins)| Tally::of(group, &twins)).collect()
+        let tallies = |groups: Vec<(String, Vec<&LaboratoryRecord>)>| -> Vec<Tally> {
+            groups.into_iter().map(|(group, synthetics)| Tally::of(group, &synthetics)).collect()
         };
-        let condition = |twin: &LaboratoryTwin| twin.setting.condition;
+        let condition = |synthetic: &LaboratoryRecord| synthetic.setting.condition;
         let named = |groups: Vec<(Condition, Vec<_>)>| {
-            groups.into_iter().map(|(condition, twins)| (condition.name().to_owned(), twins)).collect::<Vec<_>>()
+            groups
+                .into_iter()
+                .map(|(condition, synthetics)| (condition.name().to_owned(), synthetics))
+                .collect::<Vec<_>>()
         };
-        let mut of_wrong: Vec<WrongTally> =
-            named(grouped(&wrong, condition)).into_iter().map(|(group, twins)| WrongTally::of(group, &twins)).collect();
+        let mut of_wrong: Vec<WrongTally> = named(grouped(&wrong, condition))
+            .into_iter()
+            .map(|(group, synthetics)| WrongTally::of(group, &synthetics))
+            .collect();
         if of_wrong.len() > 1 {
             of_wrong.push(WrongTally::of("all".into(), &wrong));
         }
-        let regime = |twin: &LaboratoryTwin| twin.regime.map_or("none", Regime::name).to_owned();
+        let regime = |synthetic: &LaboratoryRecord| synthetic.regime.map_or("none", Regime::name).to_owned();
         Self {
             conditions: tallies(named(grouped(&right, condition))),
-            laws: tallies(grouped(&right, |twin| twin.setting.damping_kind.clone())),
-            supports: tallies(grouped(&right, |twin| twin.setting.support.clone())),
+            laws: tallies(grouped(&right, |synthetic| synthetic.setting.damping_kind.clone())),
+            supports: tallies(grouped(&right, |synthetic| synthetic.setting.support.clone())),
             regimes: tallies(grouped(&right, regime)),
             all: tallies(all).pop(),
             wrong: of_wrong,
@@ -116,12 +123,12 @@ impl LaboratoryCount {
 }
 
 fn grouped<'a, K: Ord>(
-    twins: &[&'a LaboratoryTwin],
-    key: impl Fn(&LaboratoryTwin) -> K,
-) -> Vec<(K, Vec<&'a LaboratoryTwin>)> {
-    let mut groups: BTreeMap<K, Vec<&LaboratoryTwin>> = BTreeMap::new();
-    for twin in twins {
-        groups.entry(key(twin)).or_default().push(twin);
+    synthetics: &[&'a LaboratoryRecord],
+    key: impl Fn(&LaboratoryRecord) -> K,
+) -> Vec<(K, Vec<&'a LaboratoryRecord>)> {
+    let mut groups: BTreeMap<K, Vec<&LaboratoryRecord>> = BTreeMap::new();
+    for synthetic in synthetics {
+        groups.entry(key(synthetic)).or_default().push(synthetic);
     }
     groups.into_iter().collect()
 }
@@ -131,15 +138,15 @@ fn binomial(p: f64, count: usize) -> f64 {
 }
 
 impl Tally {
-    fn of(group: String, twins: &[&LaboratoryTwin]) -> Self {
-        let fits: Vec<(&LaboratoryTwin, &LaboratoryFit)> =
-            twins.iter().filter_map(|twin| Some((*twin, twin.fit.as_ref().ok()?))).collect();
+    fn of(group: String, synthetics: &[&LaboratoryRecord]) -> Self {
+        let fits: Vec<(&LaboratoryRecord, &LaboratoryFit)> =
+            synthetics.iter().filter_map(|synthetic| Some((*synthetic, synthetic.fit.as_ref().ok()?))).collect();
         let ended = |verdict| fits.iter().filter(|(_, fit)| fit.verdict == verdict).count();
         let below = |p: f64| fits.iter().filter(|(_, fit)| fit.p_value < p).count();
         let names = fits.first().map_or(0, |(_, fit)| fit.estimates.len());
         let parameter = |d: usize| {
-            let of = |(twin, fit): &(&LaboratoryTwin, &LaboratoryFit)| {
-                Some((*twin.setting.values.get(d)?, fit.estimates.get(d)?.clone(), fit.quoted))
+            let of = |(synthetic, fit): &(&LaboratoryRecord, &LaboratoryFit)| {
+                Some((*synthetic.setting.values.get(d)?, fit.estimates.get(d)?.clone(), fit.quoted))
             };
             let intervals: Vec<(f64, Estimate, bool)> = fits.iter().filter_map(of).collect();
             let holds = |(truth, estimate, _): &&(f64, Estimate, bool)| (estimate.low..=estimate.high).contains(truth);
@@ -159,13 +166,13 @@ impl Tally {
         };
         Self {
             group,
-            twins: twins.len(),
+            synthetics: synthetics.len(),
             parameters: (0..names).map(parameter).collect(),
             within: ended(Verdict::WithinScatter),
             doubtful: ended(Verdict::Doubtful),
             outside: ended(Verdict::OutsideScatter),
             not_converged: ended(Verdict::NotConverged),
-            refused: twins.len() - fits.len(),
+            refused: synthetics.len() - fits.len(),
             below_one_percent: below(OUTSIDE),
             below_five_percent: below(DOUBTFUL),
             p_errors: [OUTSIDE, DOUBTFUL].map(|p| binomial(p, fits.len())),
@@ -173,7 +180,7 @@ impl Tally {
     }
 }
 
-impl LaboratoryTwin {
+impl LaboratoryRecord {
     /// Whether something was amiss to a user: any end but `within scatter`.
     #[must_use]
     pub fn unmasked(&self) -> bool {
@@ -209,15 +216,15 @@ fn holds_word(text: &str, words: &[&str]) -> bool {
 }
 
 impl WrongTally {
-    fn of(group: String, twins: &[&LaboratoryTwin]) -> Self {
-        let count = |is: fn(&LaboratoryTwin) -> bool| twins.iter().filter(|twin| is(twin)).count();
+    fn of(group: String, synthetics: &[&LaboratoryRecord]) -> Self {
+        let count = |is: fn(&LaboratoryRecord) -> bool| synthetics.iter().filter(|synthetic| is(synthetic)).count();
         Self {
             group,
-            twins: twins.len(),
-            unmasked: count(LaboratoryTwin::unmasked),
-            named: count(LaboratoryTwin::named),
-            warned: count(LaboratoryTwin::warned),
-            refused: count(|twin| twin.fit.is_err()),
+            synthetics: synthetics.len(),
+            unmasked: count(LaboratoryRecord::unmasked),
+            named: count(LaboratoryRecord::named),
+            warned: count(LaboratoryRecord::warned),
+            refused: count(|synthetic| synthetic.fit.is_err()),
         }
     }
 }

@@ -28,17 +28,17 @@ use std::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use granchain_calibration::predict::confirmed::with_causes;
+use granchain_calibration::predict::predicted::with_causes;
 use granchain_calibration::{
-    Course, Plan, Problem,
+    Plan, Problem, Schedule,
     bench::Bench,
     diagnosis::Finding,
     drive::RecordedDrive,
     fidelity::Bodies,
     fit::{Estimate, Verdict},
     plan::{Likelihood, Number},
+    recorded_run::{RecordedRunPlan, Source},
     refusal::Refusal,
-    shot::{ShotPlan, Source},
 };
 use granchain_model::{
     self as model, ModelError, Prepared,
@@ -75,7 +75,7 @@ pub struct LaboratoryPlan {
 
 /// Result of one synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LaboratoryTwin {
+pub struct LaboratoryRecord {
     /// What it was made with.
     pub setting: Setting,
     /// How its truth moves; absent where it could not be made.
@@ -117,48 +117,48 @@ impl LaboratoryPlan {
 pub fn laboratory(
     plan: &LaboratoryPlan,
     part: Range<usize>,
-    finished: &(dyn Fn(&LaboratoryTwin, Option<&Files>) + Sync),
+    finished: &(dyn Fn(&LaboratoryRecord, Option<&Files>) + Sync),
     stop: &'static (dyn Fn() -> bool + Sync),
-) -> Result<Option<Vec<LaboratoryTwin>>, ModelError> {
+) -> Result<Option<Vec<LaboratoryRecord>>, ModelError> {
     let all: Vec<(Condition, u64)> =
         plan.conditions.iter().flat_map(|condition| (0..plan.count).map(|number| (*condition, number))).collect();
     let all = all[part].to_vec();
     let workshop = Workshop::of(plan, &all)?;
-    let twins = all
+    let synthetics = all
         .into_par_iter()
         .map(|(condition, number)| {
             if stop() {
                 return None;
             }
-            let (twin, files) = twin(plan, &workshop, (condition, number), stop);
+            let (synthetic, files) = synthetic(plan, &workshop, (condition, number), stop);
             // A fit that was stopped in hand is none.
             if stop() {
                 return None;
             }
-            finished(&twin, files.as_ref());
-            Some(twin)
+            finished(&synthetic, files.as_ref());
+            Some(synthetic)
         })
         .collect();
-    Ok(twins)
+    Ok(synthetics)
 }
 
 /// Bodies of the benches that several synthetic records share, made ready once; none on the chain.
 struct Workshop(BTreeMap<String, (Bodies, Prepared)>);
 
 impl Workshop {
-    fn of(plan: &LaboratoryPlan, twins: &[(Condition, u64)]) -> Result<Self, ModelError> {
+    fn of(plan: &LaboratoryPlan, synthetics: &[(Condition, u64)]) -> Result<Self, ModelError> {
         let mut made = BTreeMap::new();
         if plan.model == ModelKind::Chain.name() {
             return Ok(Self(made));
         }
         let (mut once, mut shared) = (BTreeSet::new(), BTreeSet::new());
-        for (condition, number) in twins {
+        for (condition, number) in synthetics {
             let setting = Setting::draw(*condition, *number, plan.seed).0;
             let key = plan.bodies_key(&setting);
             if !once.insert(key.clone()) && shared.insert(key.clone()) {
                 // Scenes that cannot be read are refused one record at a time.
-                let (Ok(told), Ok(truth)) = (plan.stated_scene(&setting), plan.truth(&setting)) else { continue };
-                made.insert(key, (Bodies::new(&told, None)?, model::prepare(&truth)?));
+                let (Ok(given), Ok(truth)) = (plan.stated_scene(&setting), plan.truth(&setting)) else { continue };
+                made.insert(key, (Bodies::new(&given, None)?, model::prepare(&truth)?));
             }
         }
         Ok(Self(made))
@@ -169,12 +169,12 @@ impl LaboratoryPlan {
     /// What is the same of all benches with the same bodies.
     fn bodies_key(&self, setting: &Setting) -> String {
         let of_bodies = |set: &&String| set.starts_with("chain.") || set.starts_with("support.");
-        setting.told.iter().chain(&setting.truth).filter(of_bodies).cloned().collect::<Vec<_>>().join(" ")
+        setting.given.iter().chain(&setting.truth).filter(of_bodies).cloned().collect::<Vec<_>>().join(" ")
     }
 
     /// The overrides given to a fit.
     fn overrides(&self, setting: &Setting) -> Vec<String> {
-        let mut overrides = setting.told.clone();
+        let mut overrides = setting.given.clone();
         overrides.push(format!("model.kind={}", self.model));
         overrides.extend(self.mesh_density.map(|density| format!("model.mesh_density={density}")));
         overrides
@@ -229,12 +229,12 @@ enum NoFit {
     Files(#[from] io::Error),
 }
 
-fn twin(
+fn synthetic(
     plan: &LaboratoryPlan,
     workshop: &Workshop,
     (condition, number): (Condition, u64),
     stop: &'static (dyn Fn() -> bool + Sync),
-) -> (LaboratoryTwin, Option<Files>) {
+) -> (LaboratoryRecord, Option<Files>) {
     let (setting, mut random) = Setting::draw(condition, number, plan.seed);
     let made = workshop.0.get(&plan.bodies_key(&setting));
     let run = |scene: &Scene| match made {
@@ -266,7 +266,7 @@ fn twin(
         }
         Err(error) => Err(placeless(&with_causes(&error))),
     };
-    (LaboratoryTwin { setting, regime, fit }, files)
+    (LaboratoryRecord { setting, regime, fit }, files)
 }
 
 /// Write the files, and do with them what `calibrate` does.
@@ -282,14 +282,14 @@ fn fit(
     let [horn, vibrometer] = NAMES.map(|name| folder.join(name));
     fs::write(&horn, &files.horn)?;
     fs::write(&vibrometer, &files.vibrometer)?;
-    let options = ReadOptions { drive_frequency: Some(setting.told_frequency_hz), ..ReadOptions::default() };
+    let options = ReadOptions { drive_frequency: Some(setting.given_frequency_hz), ..ReadOptions::default() };
     let how = (RecordedDrive::read_at_plateau as _, &options);
     let bench = Bench::read(SCENE, definition.set.clone(), ModelKind::Reduced, Some(&horn), how);
     let bench = bench.map_err(Refusal::from)?;
-    let shot = ShotPlan { source: Source::File(vibrometer, Box::new(options)), bench, origin: None };
+    let shot = RecordedRunPlan { source: Source::File(vibrometer, Box::new(options)), bench, origin: None };
     let problem = Problem::of(&definition, vec![shot])?;
-    let course = Course { bodies, watch: Arc::new(move |_| !stop()), ..Course::default() };
-    let fitted = problem.fit(course)?;
+    let schedule = Schedule { bodies, watch: Arc::new(move |_| !stop()), ..Schedule::default() };
+    let fitted = problem.fit(schedule)?;
     let outcome = fitted.outcome(&problem);
     let wrong = setting.condition.expected().is_some();
     let diagnosis = if wrong { fitted.diagnose(&problem, Arc::new(move |_| !stop())) } else { Vec::new() };

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::laboratory::{LaboratoryCount, LaboratoryTwin, ParameterCount, Tally, WrongTally, wilson};
+use crate::laboratory::{LaboratoryCount, LaboratoryRecord, ParameterCount, Tally, WrongTally, wilson};
 use granchain_report::{
     number::{fixed, significant},
     page::{Block, Column, Files, Page, ReportError, Table, Tone, provenance},
@@ -22,7 +22,8 @@ pub struct LaboratoryReport {
     pub conditions: Vec<(String, String)>,
     /// Summary over all synthetic records.
     pub count: LaboratoryCount,
-    pub twins: Vec<LaboratoryTwin>,
+    #[serde(rename = "twins")]
+    pub synthetics: Vec<LaboratoryRecord>,
     pub version: String,
     pub seed: u64,
     pub command_line: String,
@@ -34,11 +35,11 @@ impl LaboratoryReport {
     /// # Errors
     /// [`ReportError`] when there are no synthetic records.
     pub fn files(&self) -> Result<Files, ReportError> {
-        if self.twins.is_empty() {
+        if self.synthetics.is_empty() {
             return Err(ReportError::Missing { field: "twins" });
         }
         let mut files = self.page().files()?;
-        files.push(("laboratory.csv".into(), csv(&self.twins).into_bytes()));
+        files.push(("laboratory.csv".into(), csv(&self.synthetics).into_bytes()));
         Ok(files)
     }
 
@@ -51,7 +52,7 @@ impl LaboratoryReport {
         let facts = vec![("version".into(), self.version.clone()), ("seed".into(), self.seed.to_string())];
         blocks.extend(provenance(facts, &self.command_line));
         Page {
-            title: format!("{} records of other laboratories", self.twins.len()),
+            title: format!("{} records of other laboratories", self.synthetics.len()),
             subtitle: "Files written with known truth by a path that no fit shares, read and fitted as any record"
                 .into(),
             blocks,
@@ -73,7 +74,7 @@ fn headline(all: &Tally) -> Block {
     let text = format!(
         "Of {} right records the 90 % intervals hold {}, whatever the verdict; {} were called outside scatter. Compatible means within 99 % of a \
          binomial count.",
-        all.twins,
+        all.synthetics,
         held.join(", "),
         all.outside
     );
@@ -111,7 +112,7 @@ fn right<'a>(caption: &str, tallies: impl Iterator<Item = &'a Tally>) -> Table {
         if names.len() < of.len() {
             names = of.iter().map(|parameter| parameter.name.clone()).collect();
         }
-        let mut row = vec![tally.group.clone(), tally.twins.to_string()];
+        let mut row = vec![tally.group.clone(), tally.synthetics.to_string()];
         let cell = |value: &dyn Fn(&ParameterCount) -> String| of.iter().map(value).collect::<Vec<_>>().join(" / ");
         row.push(cell(&|it| format!("{} ({} of {})", it.held, it.quoted_held, it.quoted)));
         row.push(
@@ -123,7 +124,7 @@ fn right<'a>(caption: &str, tallies: impl Iterator<Item = &'a Tally>) -> Table {
         row.push(cell(&|it| typical(it.median_bias)));
         let ended = [tally.within, tally.doubtful, tally.outside, tally.not_converged, tally.refused];
         row.extend(ended.map(|count| count.to_string()));
-        let fits = tally.twins - tally.refused;
+        let fits = tally.synthetics - tally.refused;
         let [one, five] = tally.p_errors.map(|error| fixed(error * fits as f64, 1));
         let expected = [0.01, 0.05].map(|p| fixed(p * fits as f64, 1));
         row.push(format!("{} ({} ± {one})", tally.below_one_percent, expected[0]));
@@ -150,7 +151,7 @@ fn right<'a>(caption: &str, tallies: impl Iterator<Item = &'a Tally>) -> Table {
 
 fn wrong(tallies: &[WrongTally]) -> Table {
     let row = |tally: &WrongTally| {
-        let numbers = [tally.twins, tally.unmasked, tally.named, tally.warned, tally.refused];
+        let numbers = [tally.synthetics, tally.unmasked, tally.named, tally.warned, tally.refused];
         std::iter::once(tally.group.clone()).chain(numbers.map(|count| count.to_string())).collect()
     };
     Table {
@@ -169,23 +170,23 @@ fn wrong(tallies: &[WrongTally]) -> Table {
     }
 }
 
-fn csv(twins: &[LaboratoryTwin]) -> String {
+fn csv(synthetics: &[LaboratoryRecord]) -> String {
     let mut text = String::from(
         "condition,number,support,damping_kind,regime,beads,sample_rate_hz,verdict,p_value,alpha,alpha_low,alpha_median,alpha_high,\
          damping_si,damping_low_si,damping_median_si,damping_high_si,quoted,not_within,named,warned,refusal\n",
     );
-    for twin in twins {
-        let setting = &twin.setting;
+    for synthetic in synthetics {
+        let setting = &synthetic.setting;
         let mut cells = vec![
             setting.condition.name().to_owned(),
             setting.number.to_string(),
             setting.support.clone(),
             setting.damping_kind.clone(),
-            twin.regime.map_or("", crate::laboratory::Regime::name).to_owned(),
+            synthetic.regime.map_or("", crate::laboratory::Regime::name).to_owned(),
             (setting.gaps.len() - 1).to_string(),
             setting.laboratory.sample_rate_hz.to_string(),
         ];
-        let fit = twin.fit.as_ref().ok();
+        let fit = synthetic.fit.as_ref().ok();
         cells.push(fit.map_or_else(|| "refused".into(), |fit| fit.verdict.to_string()));
         cells.push(fit.map_or_else(String::new, |fit| fit.p_value.to_string()));
         for (d, truth) in setting.values.iter().enumerate() {
@@ -195,9 +196,9 @@ fn csv(twins: &[LaboratoryTwin]) -> String {
             cells.extend([truth.to_string(), low, median, high]);
         }
         cells.push(fit.map_or_else(String::new, |fit| fit.quoted.to_string()));
-        cells.extend([twin.unmasked(), twin.named(), twin.warned()].map(|is| is.to_string()));
+        cells.extend([synthetic.unmasked(), synthetic.named(), synthetic.warned()].map(|is| is.to_string()));
         let refusal =
-            twin.fit.as_ref().err().map_or_else(String::new, |text| format!("\"{}\"", text.replace('"', "\"\"")));
+            synthetic.fit.as_ref().err().map_or_else(String::new, |text| format!("\"{}\"", text.replace('"', "\"\"")));
         cells.push(refusal);
         text.push_str(&cells.join(","));
         text.push('\n');

@@ -3,7 +3,7 @@
 use super::{FidelityLevel, Limit, room::Room};
 use granchain_calibration::predict::{
     ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD},
-    members::perturbations,
+    replicates::perturbations,
 };
 use granchain_signal::{Series, feature::FeatureError};
 
@@ -25,12 +25,12 @@ pub(super) fn examine(room: &mut Room<'_>) {
 /// Scatter of the positive peak over its mean.
 fn scatter(room: &Room<'_>, sets: &[&str]) -> Result<f64, String> {
     let scene = room.scene("annulus", sets)?;
-    let members = if room.fidelity == FidelityLevel::Reduced && room.plan.quick { 8 } else { 16 };
-    let variations = perturbations(&scene, &EnsemblePlan::new(members, room.plan.seed));
+    let replicates = if room.fidelity == FidelityLevel::Reduced && room.plan.quick { 8 } else { 16 };
+    let variations = perturbations(&scene, &EnsemblePlan::new(replicates, room.plan.seed));
     let see = |_: usize, velocity: &Series| -> Result<f64, FeatureError> {
         Ok(velocity.values.iter().copied().fold(0.0, f64::max))
     };
-    let peaks = room.members(&scene, &variations, STEPS_PER_PERIOD, see)?;
+    let peaks = room.replicates(&scene, &variations, STEPS_PER_PERIOD, see)?;
     let moments = Moments::of(peaks.into_iter().map(Result::ok)).ok_or("fewer than two runs could be measured")?;
     Ok(moments.deviation / moments.mean)
 }

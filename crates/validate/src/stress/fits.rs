@@ -7,14 +7,14 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::{Limit, room::Room};
-use crate::twins::product;
+use crate::synthetic::product;
 use granchain_calibration::{
     Plan,
     fit::{Estimate, Fit, Verdict},
     forward::Uncertainty,
     parameter::Parameter,
     plan::{Bounds, Number},
-    twin::{Flaw, Twin, twin, vibrometer_csv},
+    synthetic::{Flaw, Synthetic, synthetic, vibrometer_csv},
 };
 use granchain_model::{
     self as model,
@@ -47,9 +47,9 @@ fn parameters(scene: &Scene, fitted: &Fitted<'_>) -> Result<Vec<Parameter>, Stri
     fitted.iter().map(named).collect::<Result<Vec<Vec<_>>, String>>().map(|named| named.concat())
 }
 
-fn record(scene: &Scene, fitted: &Fitted<'_>, seed: u64) -> Result<Twin, String> {
+fn record(scene: &Scene, fitted: &Fitted<'_>, seed: u64) -> Result<Synthetic, String> {
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
-    twin(scene, &parameters(scene, fitted)?, &Uncertainty::default(), Flaw::None, 2, seed, &run)
+    synthetic(scene, &parameters(scene, fitted)?, &Uncertainty::default(), Flaw::None, 2, seed, &run)
         .map_err(|error| error.to_string())
 }
 

@@ -23,7 +23,7 @@ mod water;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use granchain_calibration::predict::{Bodies, members::Watch};
+use granchain_calibration::predict::{Bodies, replicates::Watch};
 use room::Room;
 
 /// A fidelity level of the fidelity ladder, and the law of its contacts.
@@ -110,7 +110,7 @@ pub struct Case {
     pub name: &'static str,
     /// What is hard about it, and what is asked.
     pub what: &'static str,
-    pub rungs: &'static [FidelityLevel],
+    pub fidelities: &'static [FidelityLevel],
     /// Runs it on one fidelity level.
     examine: fn(&mut Room<'_>),
 }
@@ -121,7 +121,7 @@ pub const CASES: &[Case] = &[
         name: "sonic vacuum",
         what: "An undamped chain without precompression rings on after its drive; contacts open and close thousands of times. The energy that \
                is unaccounted for stays bounded and does not grow.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: vacuum::examine,
     },
     Case {
@@ -129,7 +129,7 @@ pub const CASES: &[Case] = &[
         name: "precompression",
         what: "From 1e-6 N to 10 N small motions have the frequencies of the linear chain; a finite body may differ by what its stiffness \
                exceeds Hertz’.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: frequencies::examine,
     },
     Case {
@@ -137,7 +137,7 @@ pub const CASES: &[Case] = &[
         name: "fast, large and tiny",
         what: "A bead hits another at 10 m/s; the horn moves by 10 µm; it moves by 1e-12 m. Hertz’ chain is self-similar: the tiny drive at \
                the frequency that belongs to it gives the same waveform.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: impact::examine,
     },
     Case {
@@ -145,42 +145,42 @@ pub const CASES: &[Case] = &[
         name: "step",
         what: "The force of a hit converges as the step falls from 1 µs to 0.001 µs, or the step is refused; with mass at the contact nodes \
                it does not.",
-        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
+        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: steps::examine,
     },
     Case {
         number: 5,
         name: "sharp-edged annulus",
         what: "A bead on a ring’s edge instead of a torus: bounded, and converging in the force with the mesh.",
-        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
+        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: ring::sharp,
     },
     Case {
         number: 6,
         name: "support",
         what: "A support a thousand times softer and stiffer than the resin annulus.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: ring::stiffness,
     },
     Case {
         number: 7,
         name: "nearly incompressible resin",
         what: "ν = 0.4999: the annulus neither locks nor softens; two meshes agree.",
-        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
+        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: ring::incompressible,
     },
     Case {
         number: 8,
         name: "unequal and many beads",
         what: "One bead a thousand times as heavy, one of a tenth of the radius; two beads, forty, a thousand.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: chains::examine,
     },
     Case {
         number: 9,
         name: "overdamped",
         what: "Both dashpots up to a thousand times the paper’s coefficient, √δ at first touch included: no energy is made, no force pulls.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: dampers::examine,
     },
     Case {
@@ -188,7 +188,7 @@ pub const CASES: &[Case] = &[
         name: "bad drive record",
         what: "A horn-tip record with noise, dropouts, clipping, a step in its baseline, at 1 and 25 MHz: read with its flaw named or \
                refused; what is read drives the chain as the clean record does, within what the flaw explains.",
-        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
+        fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: record::examine,
     },
     Case {
@@ -196,7 +196,7 @@ pub const CASES: &[Case] = &[
         name: "other units, mirrored",
         what: "A bench of twice the size has the same velocities in twice the time; units in the scene do not matter; a mirrored chain \
                mirrors its motion: all to rounding.",
-        rungs: &FidelityLevel::ALL,
+        fidelities: &FidelityLevel::ALL,
         examine: similarity::examine,
     },
     Case {
@@ -204,7 +204,7 @@ pub const CASES: &[Case] = &[
         name: "water",
         what: "A disc a hundred times softer and stiffer, with and without a dashpot there, an overdamped one, a static force; half the water \
                in front of its absorbing boundary, 10 ms of an undamped chain: no energy beyond the piston’s work, no echo.",
-        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced, FidelityLevel::Fea],
+        fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: water::examine,
     },
     Case {
@@ -212,21 +212,21 @@ pub const CASES: &[Case] = &[
         name: "calibration without an answer",
         what: "Half the parameter box fails; the record is pure noise; a parameter has no effect: the verdict or the width of the interval says \
                so, never a wrong number with confidence.",
-        rungs: &[FidelityLevel::Hertz],
+        fidelities: &[FidelityLevel::Hertz],
         examine: fits::examine,
     },
     Case {
         number: 14,
         name: "chaotic and regular",
         what: "The scatter under perturbations no laboratory controls tells a chaotic regime from a regular one.",
-        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
+        fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: chaos::examine,
     },
     Case {
         number: 15,
         name: "elastic bar on a rigid wall",
         what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates but the last mode of the reduced model (Doyen, Ern & Piperno 2011).",
-        rungs: &[FidelityLevel::Reduced, FidelityLevel::Fea],
+        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: bar::examine,
     },
     Case {
@@ -234,21 +234,21 @@ pub const CASES: &[Case] = &[
         name: "friction with reversal at rest",
         what: "Beads rub on their guide, from weakly to more than the contacts push, straight and oblique: they stick, slip and reverse, and the \
                energy balance closes.",
-        rungs: &[FidelityLevel::Hertz, FidelityLevel::FiniteBody, FidelityLevel::Reduced],
+        fidelities: &[FidelityLevel::Hertz, FidelityLevel::FiniteBody, FidelityLevel::Reduced],
         examine: effects::friction,
     },
     Case {
         number: 17,
         name: "yielding contacts that chatter",
         what: "Contacts yield, open, close and yield again, hard as bearing steel and soft as wax; loading and unloading meet their curves exactly.",
-        rungs: &[FidelityLevel::Hertz],
+        fidelities: &[FidelityLevel::Hertz],
         examine: effects::yielding,
     },
     Case {
         number: 18,
         name: "a compliant horn",
         what: "A resonator of Q 1000 at the drive, a tip lighter than a bead, one with hardly a resonance: horn and chain have a common energy balance.",
-        rungs: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
+        fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: effects::horn,
     },
 ];
@@ -281,7 +281,7 @@ impl StressOutcome {
 /// Case and fidelity level of every examination of a plan.
 fn examinations(plan: &StressPlan) -> Vec<(&'static Case, FidelityLevel)> {
     let asked = |case: &&Case| plan.cases.is_empty() || plan.cases.contains(&case.number);
-    CASES.iter().filter(asked).flat_map(|case| case.rungs.iter().map(move |fidelity| (case, *fidelity))).collect()
+    CASES.iter().filter(asked).flat_map(|case| case.fidelities.iter().map(move |fidelity| (case, *fidelity))).collect()
 }
 
 /// How many examinations a plan has: what [`Watch::advance`] counts.

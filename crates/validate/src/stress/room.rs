@@ -3,7 +3,7 @@
 use super::{Case, Check, Curve, FidelityLevel, Limit, StressOutcome, StressPlan};
 use granchain_calibration::predict::{
     Bodies,
-    members::{self, Watch},
+    replicates::{self, Watch},
 };
 use granchain_model::{
     ModelError,
@@ -99,7 +99,7 @@ impl<'a> Room<'a> {
     }
 
     /// Run perturbed copies of a scene; one that failed leaves its reason.
-    pub fn members<T: Send>(
+    pub fn replicates<T: Send>(
         &self,
         scene: &Scene,
         variations: &[Variation],
@@ -107,7 +107,7 @@ impl<'a> Room<'a> {
         see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
     ) -> Result<Vec<Result<T, String>>, String> {
         let watch = Stopper(self.watch);
-        members::run(self.bodies, scene, variations, steps_per_period, Measurand::Velocity, &watch, see)
+        replicates::run(self.bodies, scene, variations, steps_per_period, Measurand::Velocity, &watch, see)
             .map_err(|error| error.to_string())
     }
 

@@ -46,7 +46,7 @@ pub(super) fn introduction(outcome: &PaperOutcome) -> Block {
          so a single run means little: each law was run {} times with gaps jittered by 0.3 nm, the drive by 1 in 10⁴ and noise of {} mm/s rms \
          on the velocity (which passes a vibrometer filter of {} MHz), and as often at 1 % more and 1 % less drive.",
         outcome.model,
-        plan.members,
+        plan.replicates,
         significant(1e3 * plan.noise_rms_m_per_s, 2),
         significant(1e-6 * plan.bandwidth_hz, 2)
     ))
@@ -176,7 +176,7 @@ pub(super) fn readings(outcome: &PaperOutcome) -> String {
         "Each reading of what the paper does not say is varied alone on model {}, {} perturbed runs each. Largest shifts: {}. By comparison 1 % of drive \
          moves the positive peak by {}.",
         outcome.readings_model,
-        outcome.plan.reading_members,
+        outcome.plan.reading_replicates,
         leads.join("; "),
         outcome
             .laws
@@ -267,10 +267,10 @@ pub(super) fn provenance(report: &PaperReport) -> Vec<(String, String)> {
             format!(
                 "{} of the annulus scene: {} a law at its α, {} at each of {} α, {} a reading",
                 plan.runs().0 + plan.runs().1,
-                3 * plan.members,
-                plan.sweep_members,
+                3 * plan.replicates,
+                plan.sweep_replicates,
                 plan.alphas.len(),
-                plan.reading_members
+                plan.reading_replicates
             ),
         ),
         ("failed runs".into(), failed.to_string()),

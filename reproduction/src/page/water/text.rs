@@ -54,7 +54,7 @@ pub(super) fn introduction(plan: &WaterPlan, model: &str) -> String {
          it nor whether the piston’s and the disc’s contacts have dampers, so all of these are varied. Each cell holds {} runs spread evenly over \
          ±{} % of drive. The spectra are Hann’s over the half-height of the burst. A rigid baffle is computed by the Rayleigh integral, a soft one by \
          acoustic elements of {} mm.",
-        plan.members,
+        plan.replicates,
         fixed(100.0 * DRIVE_SPREAD, 0),
         significant(1e3 * plan.soft_side_m, 2)
     )

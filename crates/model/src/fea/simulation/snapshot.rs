@@ -6,7 +6,7 @@ use crate::{
         FeaError,
         contact::chain::ContactState,
         control::{Complementarity, Cut},
-        energy::Ledger,
+        energy::EnergyTerms,
         motion::Saved,
         trace::Trace,
     },
@@ -22,7 +22,8 @@ pub struct Snapshot {
     motion: Saved,
     contacts: Vec<ContactState>,
     trace: Trace,
-    ledger: Ledger,
+    #[serde(rename = "ledger")]
+    balance: EnergyTerms,
     complementarity: Complementarity,
     cuts: Vec<Cut>,
     /// None where the horn does not give way.
@@ -40,7 +41,7 @@ impl Simulation<'_> {
             motion: self.motion.save(),
             contacts: self.contacts.clone(),
             trace: self.trace.clone(),
-            ledger: self.ledger,
+            balance: self.balance,
             complementarity: self.complementarity,
             cuts: self.cuts.clone(),
             horn: self.horn,
@@ -65,21 +66,21 @@ impl Simulation<'_> {
             && (snapshot.taken > self.sampling.steps()
                 || !snapshot.trace.is_of(&self.trace, snapshot.taken)
                 || !snapshot.contacts.iter().all(whole)
-                || snapshot.ledger.balance.channels.is_some() != self.ledger.balance.channels.is_some())
+                || snapshot.balance.balance.channels.is_some() != self.balance.balance.channels.is_some())
         {
             return Err(FeaError::ImpossibleState);
         }
         if !fits || !self.motion.restore(&snapshot.motion) {
             return Err(FeaError::OtherState { expected: identity.into(), found: snapshot.identity });
         }
-        let Snapshot { taken, travel, contacts, trace, ledger, complementarity, cuts, .. } = snapshot;
+        let Snapshot { taken, travel, contacts, trace, balance, complementarity, cuts, .. } = snapshot;
         // The factors that the saved run had made: levels are made in order, one factor a kind of body.
-        let made = ledger.work.factorisations as usize / self.arrangement.kinds.len().max(1);
+        let made = balance.work.factorisations as usize / self.arrangement.kinds.len().max(1);
         for level in 1..made.min(self.operators.len()) {
             self.factor(level as u32)?;
         }
         (self.taken, self.travel, self.contacts, self.trace) = (taken, travel, contacts, trace);
-        (self.ledger, self.complementarity, self.cuts) = (ledger, complementarity, cuts);
+        (self.balance, self.complementarity, self.cuts) = (balance, complementarity, cuts);
         self.before.clone_from(&self.contacts);
         self.horn = snapshot.horn;
         self.driven = self.drive.at(self.time()).0;

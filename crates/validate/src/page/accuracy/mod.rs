@@ -255,7 +255,7 @@ impl AccuracyReport {
                 found.scene,
                 found.watched,
                 window(found),
-                found.chaos.members
+                found.chaos.replicates
             )),
             Block::Paragraph(self.clock_said()),
         ];

@@ -124,7 +124,7 @@ pub fn features(found: &Stored) -> Table {
         |name: String, values: Vec<Option<f64>>| std::iter::once(name).chain(values.into_iter().map(cell)).collect();
     let mut rows: Vec<Vec<String>> = vec![
         row(
-            format!("mean of {} jittered copies ({})", found.chaos.members, found.chaos.setting.fidelity.name()),
+            format!("mean of {} jittered copies ({})", found.chaos.replicates, found.chaos.setting.fidelity.name()),
             features.iter().map(|feature| feature.mean).collect(),
         ),
         row("scatter of one copy".into(), features.iter().map(|feature| feature.scatter).collect()),

@@ -5,12 +5,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{TwinFit, TwinOutcome, TwinPlan, product};
+use super::{SyntheticFit, SyntheticOutcome, SyntheticPlan, product};
 use granchain_calibration::{
     Plan,
     fit::{Fit, Verdict},
     statement::preferred_of,
-    twin::{Flaw, twin, with_law},
+    synthetic::{Flaw, synthetic, with_law},
 };
 use granchain_model::{
     self as model,
@@ -38,13 +38,13 @@ pub struct MountFit {
 ///
 /// `finished` is called after each synthetic record; once `stop` says so no further synthetic record is begun, and the result is `None`.
 #[must_use]
-pub fn water_twins(
+pub fn water_synthetic(
     base: &Scene,
-    plan: &TwinPlan,
+    plan: &SyntheticPlan,
     part: Range<u64>,
     finished: &(dyn Fn() + Sync),
     stop: &(dyn Fn() -> bool + Sync),
-) -> Option<Vec<TwinOutcome>> {
+) -> Option<Vec<SyntheticOutcome>> {
     part.into_par_iter()
         .map(|number| {
             if stop() {
@@ -66,11 +66,11 @@ fn mounted(scene: &Scene, mount: Rim) -> Scene {
     scene
 }
 
-fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
+fn outcome(base: &Scene, plan: &SyntheticPlan, number: u64) -> SyntheticOutcome {
     let own = MOUNTS[(number % 3) as usize];
     let kind = if (number / 3).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono };
     let scene = mounted(&with_law(base, kind), own);
-    let without = |reason: String| TwinOutcome {
+    let without = |reason: String| SyntheticOutcome {
         flaw: Flaw::None,
         truth: None,
         fit: Err(reason),
@@ -88,7 +88,7 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         scene.output_step = 2.0 * TRUTH_STEP;
         model::run(&scene, &mut |_| true)
     };
-    let made = match twin(&scene, &parameters, &plan.uncertainty, Flaw::None, number, plan.seed, &run) {
+    let made = match synthetic(&scene, &parameters, &plan.uncertainty, Flaw::None, number, plan.seed, &run) {
         Ok(made) => made,
         Err(error) => {
             return without(std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string));
@@ -116,11 +116,11 @@ fn outcome(base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
         }
     });
     let at_truth = fits.iter().find(|(mount, _)| *mount == own).map(|(_, fit)| fit);
-    TwinOutcome {
+    SyntheticOutcome {
         flaw: Flaw::None,
         truth: Some(made.truth),
         fit: match at_truth {
-            Some(fit) => fit.as_ref().map(TwinFit::from).map_err(Clone::clone),
+            Some(fit) => fit.as_ref().map(SyntheticFit::from).map_err(Clone::clone),
             None => Err("the synthetic record's mount was not fitted".into()),
         },
         named_law: None,

@@ -15,13 +15,13 @@ use thiserror::Error;
 use super::{
     bodies::Bodies,
     ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
-    members::{Watch, perturbations},
     observation::{self, Observation as Watched, watched_of},
+    replicates::{Watch, perturbations},
 };
 use crate::{
     engine::trace,
     observation::{Observation, Passband, Recording, clip},
-    printed::Printed,
+    printed::PublishedComparison,
 };
 use granchain_model::{ModelError, chain::ensemble::Variation, response::Response, scene::Scene};
 use granchain_signal::{
@@ -41,7 +41,7 @@ const APART: f64 = 5.0;
 /// Why the calibrated scene could not be compared with the record.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum ConfirmationError {
+pub enum PredictionError {
     #[error("the accurate run at the fitted parameters failed")]
     Model(#[from] ModelError),
     #[error("the perturbed runs at the fitted parameters failed")]
@@ -54,7 +54,7 @@ pub enum ConfirmationError {
 
 /// One feature of record and calibrated model.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ConfirmedFeature {
+pub struct PredictedFeature {
     pub key: String,
     /// SI unit, `1` for a pure number.
     pub unit: String,
@@ -65,7 +65,7 @@ pub struct ConfirmedFeature {
 
 /// The calibrated scene compared with the record.
 #[derive(Debug, Clone)]
-pub struct Confirmation {
+pub struct PredictiveRun {
     pub response: Response,
     /// Simulated velocity (m/s) or pressure (Pa) after the instrument model, on the record's instants; only low-passed
     /// without a record.
@@ -78,7 +78,7 @@ pub struct Confirmation {
     pub recorded: Option<RecordedSide>,
     /// Features of the accurate run.
     pub simulated_features: Features,
-    pub features: Vec<ConfirmedFeature>,
+    pub features: Vec<PredictedFeature>,
     pub runs: usize,
     pub failed: usize,
 }
@@ -145,7 +145,7 @@ impl Laboratory<'_> {
 ///
 /// # Errors
 /// When the accurate run fails, is stopped or cannot be compared.
-pub fn confirm(
+pub fn predict(
     scene: &Scene,
     bodies: &Bodies,
     recording: &Recording,
@@ -153,12 +153,12 @@ pub fn confirm(
     (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
     passband: Option<Passband>,
     watch: &dyn Watch,
-) -> Result<Confirmation, ConfirmationError> {
+) -> Result<PredictiveRun, PredictionError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
     let measurand = recording.measurand;
     let made = &trace(response.clone(), measurand)?;
     let filtered = low_pass(made, observation.cutoff);
-    let mut offset = landmark(&observation.trace, observation)? - landmark(&filtered, observation)?;
+    let mut offset = alignment(&observation.trace, observation)? - alignment(&filtered, observation)?;
     let driven = observation::settings(scene)?;
     let window = driven.window.unwrap_or_else(|| Window::whole(made));
     let record = &recording.signal;
@@ -195,8 +195,8 @@ pub fn confirm(
 
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let seen_as = (measurand, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |member, trace| {
-        let passband = predicted.map_or(passband.as_ref(), |predicted| predicted.passbands[member].as_ref());
+    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |replicate, trace| {
+        let passband = predicted.map_or(passband.as_ref(), |predicted| predicted.passbands[replicate].as_ref());
         Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace, passband)), &laboratory.settings)
     })?;
     let measured = match measurand {
@@ -204,7 +204,7 @@ pub fn confirm(
         Measurand::Pressure => Watched::of_trace(measurand, &settled, &noisy)?,
     };
     let keys = watched_of(measurand, scene.drive.frequency);
-    Ok(Confirmation {
+    Ok(PredictiveRun {
         response,
         simulated,
         offset,
@@ -218,17 +218,17 @@ pub fn confirm(
 }
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers; on
-/// the model it asks for, whose bodies may be ready already. `predicted` and `watch` as of [`confirm`].
+/// the model it asks for, whose bodies may be ready already. `predicted` and `watch` as of [`predict`].
 ///
 /// # Errors
 /// When the accurate run fails or cannot be measured.
-pub(crate) fn confirm_printed(
+pub(crate) fn predict_printed(
     scene: &Scene,
     bodies: &Bodies,
-    printed: &Printed,
+    printed: &PublishedComparison,
     (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
     watch: &dyn Watch,
-) -> Result<Confirmation, ConfirmationError> {
+) -> Result<PredictiveRun, PredictionError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
     let window = printed.window();
     let settings =
@@ -241,7 +241,7 @@ pub(crate) fn confirm_printed(
         Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
     })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();
-    Ok(Confirmation {
+    Ok(PredictiveRun {
         response,
         simulated,
         offset: 0.0,
@@ -258,11 +258,11 @@ fn side_by_side(
     keys: Vec<observation::Watched>,
     measured: &[Option<f64>],
     ensemble: &EnsembleOutcome,
-) -> Vec<ConfirmedFeature> {
+) -> Vec<PredictedFeature> {
     keys.into_iter()
         .zip(measured)
         .zip(&ensemble.spreads)
-        .map(|((watched, measured), simulated)| ConfirmedFeature {
+        .map(|((watched, measured), simulated)| PredictedFeature {
             key: watched.key,
             unit: if watched.unit.is_empty() { "1".into() } else { watched.unit.into() },
             measured: *measured,
@@ -272,15 +272,15 @@ fn side_by_side(
 }
 
 /// Instant by which record and runs are laid on each other, s: of an onset interpolated linearly.
-fn landmark(trace: &Series, observation: &Observation) -> Result<f64, FingerprintError> {
+fn alignment(trace: &Series, observation: &Observation) -> Result<f64, FingerprintError> {
     let fingerprint = &observation.fingerprint;
     if fingerprint.falls() {
         let (start, step) = (trace.start, observation.trace.step);
         let count = ((trace.end() - start) / step) as usize;
         let seen = Resampler::interpolating(start, trace.step, trace.len(), start, step, count).series(&trace.values);
-        return fingerprint.landmark(&seen).map(|index| seen.time(index));
+        return fingerprint.alignment(&seen).map(|index| seen.time(index));
     }
-    let (index, threshold) = (fingerprint.landmark(trace)?, fingerprint.threshold());
+    let (index, threshold) = (fingerprint.alignment(trace)?, fingerprint.threshold());
     let above = trace.values[index].abs();
     let fraction = match index.checked_sub(1).map(|before| trace.values[before].abs()) {
         Some(below) => (above - threshold) / (above - below),

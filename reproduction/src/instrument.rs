@@ -8,7 +8,7 @@ use crate::{
 use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, STEPS_PER_PERIOD, Spread},
-    members::{self, Watch, perturbations},
+    replicates::{self, Watch, perturbations},
 };
 use granchain_model::{chain::ensemble::Variation, scene::Scene};
 use granchain_signal::{
@@ -18,7 +18,7 @@ use granchain_signal::{
 
 /// What perturbed runs pass through before they are measured.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
+pub struct Instrument<'a> {
     pub bodies: &'a Bodies,
     pub decoder: Decoder,
     /// How velocities without noise are measured.
@@ -27,8 +27,8 @@ pub struct Seen<'a> {
     pub every: usize,
 }
 
-impl Seen<'_> {
-    /// Portraits of the plan's members at each factor on the scene's drive, the same perturbations at each; a run that failed leaves its reason.
+impl Instrument<'_> {
+    /// Portraits of the plan's replicates at each factor on the scene's drive, the same perturbations at each; a run that failed leaves its reason.
     ///
     /// # Errors
     /// [`StudyError::Run`] for a scene that no run can be made of, [`StudyError::Stopped`].
@@ -41,9 +41,9 @@ impl Seen<'_> {
     ) -> Result<Vec<Vec<Result<Portrait, String>>>, StudyError> {
         let perturbed = perturbations(scene, plan);
         let at = |factor: f64| {
-            let scaled = move |member: &Variation| Variation {
-                amplitude_scale: member.amplitude_scale * factor,
-                ..member.clone()
+            let scaled = move |replicate: &Variation| Variation {
+                amplitude_scale: replicate.amplitude_scale * factor,
+                ..replicate.clone()
             };
             perturbed.iter().map(scaled)
         };
@@ -52,18 +52,18 @@ impl Seen<'_> {
         let see =
             |index, velocity: &Series| Portrait::of(&thinned(self.decoder.sees(velocity, index), self.every), &noisy);
         let portraits =
-            members::run(self.bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
+            replicates::run(self.bodies, scene, &variations, STEPS_PER_PERIOD, Measurand::Velocity, watch, see)
                 .map_err(|source| StudyError::Run { what: "perturbed runs".into(), source })?;
         if watch.stop() {
             return Err(StudyError::Stopped);
         }
-        Ok(portraits.chunks(plan.members).map(<[_]>::to_vec).collect())
+        Ok(portraits.chunks(plan.replicates).map(<[_]>::to_vec).collect())
     }
 }
 
 /// Mean, scatter and sensitivity of every number from runs at the drive's [`EnsemblePlan::levels`], in the order of [`Trait::all`].
 pub fn spreads(levels: &[Vec<Result<Portrait, String>>]) -> Vec<Option<Spread>> {
-    let moments: Vec<PortraitMoments> = levels.iter().map(|members| PortraitMoments::of(members)).collect();
+    let moments: Vec<PortraitMoments> = levels.iter().map(|replicates| PortraitMoments::of(replicates)).collect();
     let of = |number: Trait| {
         let [own, above, below] = moments.as_slice() else { return None };
         Some(Spread::between(&own.get(number)?, &above.get(number)?, &below.get(number)?))
@@ -81,7 +81,7 @@ fn thinned(series: Series, every: usize) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_calibration::predict::{members::Unwatched, observation};
+    use granchain_calibration::predict::{observation, replicates::Unwatched};
     use granchain_signal::feature::Ratio;
 
     #[test]
@@ -91,7 +91,7 @@ mod tests {
         let bodies = Bodies::default();
         let decoder = Decoder::of_reconstruction(1);
         let [all, fourth] = [1, 4].map(|every| {
-            let seen = Seen { bodies: &bodies, decoder, settings: &settings, every };
+            let seen = Instrument { bodies: &bodies, decoder, settings: &settings, every };
             seen.at(&scene, &[1.0], &EnsemblePlan::new(2, 1), &Unwatched).unwrap().concat()
         });
         for (all, fourth) in all.iter().flatten().zip(fourth.iter().flatten()) {

@@ -6,18 +6,18 @@ use assert_cmd::Command;
 use granchain::{
     calibration::{fit::Verdict, multi_record::TESTED_TOGETHER},
     scene,
-    validate::twins::{TwinPlan, level_proof, level_twins, proof, twins},
+    validate::synthetic::{SyntheticPlan, level_proof, level_synthetic, proof, synthetics},
 };
 
-fn study(plan: &TwinPlan) -> Vec<granchain::validate::twins::TwinOutcome> {
+fn study(plan: &SyntheticPlan) -> Vec<granchain::validate::synthetic::SyntheticOutcome> {
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
-    twins(&base, plan, 0..plan.total(), &|| {}, &|| false).unwrap().unwrap()
+    synthetics(&base, plan, 0..plan.total(), &|| {}, &|| false).unwrap().unwrap()
 }
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
 fn ninety_per_cent_intervals_cover_the_truth_of_twenty_records() {
-    let proof = proof(&study(&TwinPlan { count: 20, ..TwinPlan::default() }));
+    let proof = proof(&study(&SyntheticPlan { count: 20, ..SyntheticPlan::default() }));
     assert_eq!(proof.without_fit, 0);
     for (parameter, widest) in proof.parameters.iter().zip([0.10, 0.23]) {
         // With a true coverage of 0.9, fewer than 15 of 20 happen in 1 % of all seeds. The widths are those of the issue's
@@ -35,7 +35,7 @@ fn ninety_per_cent_intervals_cover_the_truth_of_twenty_records() {
 #[test]
 #[ignore = "slow, run by .ci/full"]
 fn a_wrong_model_does_not_end_within_scatter() {
-    let outcomes = study(&TwinPlan { count: 0, wrong: 1, ..TwinPlan::default() });
+    let outcomes = study(&SyntheticPlan { count: 0, wrong: 1, ..SyntheticPlan::default() });
     assert_eq!(outcomes.len(), 3);
     for outcome in outcomes {
         let fit = outcome.fit.as_ref().unwrap();
@@ -48,8 +48,8 @@ fn a_wrong_model_does_not_end_within_scatter() {
 fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_coverage() {
     let base = scene::load("annulus", &["duration=900us".into()]).unwrap();
     let levels = [1.0, 0.5, 0.25];
-    let plan = TwinPlan { count: 6, evaluations: TESTED_TOGETHER, ..TwinPlan::default() };
-    let outcomes = level_twins(&base, &plan, &levels, 0..plan.count, &|| {}, &|| false).unwrap();
+    let plan = SyntheticPlan { count: 6, evaluations: TESTED_TOGETHER, ..SyntheticPlan::default() };
+    let outcomes = level_synthetic(&base, &plan, &levels, 0..plan.count, &|| {}, &|| false).unwrap();
     let proof = level_proof(&outcomes, &levels);
     assert_eq!(proof.without_fit, 0);
     let of = |name: &str, levels: &str| {
@@ -63,7 +63,7 @@ fn three_drive_levels_together_narrow_the_interval_of_the_damping_and_keep_its_c
         assert!(of(name, "all").covered >= 4, "{:?}", of(name, "all"));
     }
     // The first record is that of the single-level study, and its fit the same.
-    let alone = study(&TwinPlan { count: 1, ..plan });
+    let alone = study(&SyntheticPlan { count: 1, ..plan });
     assert_eq!(alone[0].fit, outcomes[0].single[0]);
 }
 

@@ -8,10 +8,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{TwinFit, TwinPlan, median, product};
+use super::{SyntheticFit, SyntheticPlan, median, product};
 use granchain_calibration::{
     fit::Estimate,
-    twin::{Truth, Twin, at_level, twin_at_level},
+    synthetic::{Synthetic, Truth, at_level, synthetic_at_level},
 };
 use granchain_model::{self as model, scene::Scene};
 use granchain_signal::feature::Measurand;
@@ -21,11 +21,12 @@ use granchain_signal::feature::Measurand;
 pub struct LevelOutcome {
     pub index: u64,
     /// Truth of each record, level by level; empty if one could not be made.
-    pub shots: Vec<Truth>,
+    #[serde(rename = "shots")]
+    pub recorded_runs: Vec<Truth>,
     /// The fit of each level by itself, with as many runs as the joint one has points.
-    pub single: Vec<Result<TwinFit, String>>,
+    pub single: Vec<Result<SyntheticFit, String>>,
     /// The fit of all levels together, or why there is none.
-    pub joint: Result<TwinFit, String>,
+    pub joint: Result<SyntheticFit, String>,
     /// What each level alone says by the joint fit's own runs.
     pub shares: Vec<Vec<Estimate>>,
 }
@@ -34,9 +35,9 @@ pub struct LevelOutcome {
 ///
 /// `finished` is called after each synthetic record; once `stop` says so no further synthetic record is begun, and the result is `None`.
 #[must_use]
-pub fn level_twins(
+pub fn level_synthetic(
     base: &Scene,
-    plan: &TwinPlan,
+    plan: &SyntheticPlan,
     levels: &[f64],
     part: Range<u64>,
     finished: &(dyn Fn() + Sync),
@@ -54,11 +55,11 @@ pub fn level_twins(
         .collect()
 }
 
-fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOutcome {
+fn outcome(base: &Scene, plan: &SyntheticPlan, levels: &[f64], index: u64) -> LevelOutcome {
     let scene = plan.scene(base, index);
-    let nothing = |shots: Vec<Truth>, reason: String| LevelOutcome {
+    let nothing = |recorded_runs: Vec<Truth>, reason: String| LevelOutcome {
         index,
-        shots,
+        recorded_runs,
         single: vec![],
         joint: Err(reason),
         shares: vec![],
@@ -69,28 +70,31 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
     };
     let run = |scene: &Scene| model::run(scene, &mut |_| true);
     let uncertainty = plan.uncertainty;
-    let shots: Result<Vec<Twin>, _> = (0..)
+    let recorded_runs: Result<Vec<Synthetic>, _> = (0..)
         .zip(levels)
         .map(|(number, level)| {
-            twin_at_level(&scene, &parameters, &uncertainty, *level, (index, number), plan.seed, &run)
+            synthetic_at_level(&scene, &parameters, &uncertainty, *level, (index, number), plan.seed, &run)
         })
         .collect();
-    let shots = match shots {
-        Ok(shots) => shots,
+    let recorded_runs = match recorded_runs {
+        Ok(recorded_runs) => recorded_runs,
         Err(error) => {
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
             return nothing(vec![], reason);
         }
     };
-    let truths: Vec<Truth> = shots.iter().map(|shot| shot.truth.clone()).collect();
+    let truths: Vec<Truth> = recorded_runs.iter().map(|recorded_run| recorded_run.truth.clone()).collect();
     let seed = plan.seed.wrapping_add(1000 * (index + 1));
-    let records: Vec<(Scene, &[u8])> =
-        shots.iter().zip(levels).map(|(shot, level)| (at_level(&scene, *level), shot.csv.as_slice())).collect();
+    let records: Vec<(Scene, &[u8])> = recorded_runs
+        .iter()
+        .zip(levels)
+        .map(|(recorded_run, level)| (at_level(&scene, *level), recorded_run.csv.as_slice()))
+        .collect();
     let definition = plan.definition(Measurand::Velocity, seed);
     let single = records
         .iter()
         .map(|(scene, csv)| {
-            product::fit(&definition, scene, csv, None).as_ref().map(TwinFit::from).map_err(Clone::clone)
+            product::fit(&definition, scene, csv, None).as_ref().map(SyntheticFit::from).map_err(Clone::clone)
         })
         .collect();
     let joint = product::fitted(&definition, &records, None).map(|fitted| fitted.best().fit.clone());
@@ -99,9 +103,9 @@ fn outcome(base: &Scene, plan: &TwinPlan, levels: &[f64], index: u64) -> LevelOu
         .map_or_else(|_| vec![], |joint| joint.shares.iter().map(|share| share.estimates.clone()).collect());
     LevelOutcome {
         index,
-        shots: truths,
+        recorded_runs: truths,
         single,
-        joint: joint.as_ref().map(TwinFit::from).map_err(Clone::clone),
+        joint: joint.as_ref().map(SyntheticFit::from).map_err(Clone::clone),
         shares,
     }
 }
@@ -133,9 +137,10 @@ pub struct LevelProof {
 
 #[must_use]
 pub fn level_proof(outcomes: &[LevelOutcome], levels: &[f64]) -> LevelProof {
-    let truth = |outcome: &LevelOutcome, d: usize| outcome.shots.first().map(|shot| shot.values[d]);
+    let truth =
+        |outcome: &LevelOutcome, d: usize| outcome.recorded_runs.first().map(|recorded_run| recorded_run.values[d]);
     let width = |estimate: &Estimate| (estimate.high / estimate.low).ln();
-    let of = |fit: &Result<TwinFit, String>, d: usize| fit.as_ref().ok().map(|fit| fit.estimates[d].clone());
+    let of = |fit: &Result<SyntheticFit, String>, d: usize| fit.as_ref().ok().map(|fit| fit.estimates[d].clone());
     let joint = |outcome: &LevelOutcome, d: usize| of(&outcome.joint, d);
     let single = |outcome: &LevelOutcome, level: usize, d: usize| of(outcome.single.get(level)?, d);
     let fits = outcomes.iter().find_map(|outcome| outcome.joint.as_ref().ok());

@@ -6,8 +6,8 @@ mod levels;
 pub(crate) mod product;
 mod water;
 
-pub use levels::{LevelOutcome, LevelProof, LevelWidths, level_proof, level_twins};
-pub use water::{MountFit, water_twins};
+pub use levels::{LevelOutcome, LevelProof, LevelWidths, level_proof, level_synthetic};
+pub use water::{MountFit, water_synthetic};
 
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ use granchain_calibration::{
     forward::Uncertainty,
     parameter::{Parameter, ParameterError},
     statement::preferred,
-    twin::{Flaw, Truth, scene_of, twin, with_law, with_other_law},
+    synthetic::{Flaw, Truth, scene_of, synthetic, with_law, with_other_law},
 };
 use granchain_model::{
     self as model, ModelError,
@@ -34,7 +34,7 @@ const BOTH_LAWS_EVERY: u64 = 4;
 
 /// What is to be made and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TwinPlan {
+pub struct SyntheticPlan {
     /// Synthetic records whose model is right.
     pub count: u64,
     /// Synthetic records of each kind of wrong model.
@@ -52,7 +52,7 @@ pub struct TwinPlan {
     pub law: Option<DampingKind>,
 }
 
-impl Default for TwinPlan {
+impl Default for SyntheticPlan {
     /// Eighty right models of α and one damping coefficient, 600 runs a fit.
     fn default() -> Self {
         Self {
@@ -82,13 +82,13 @@ pub enum FittedBy {
 
 /// Result of one synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TwinOutcome {
+pub struct SyntheticOutcome {
     /// How the truth differs from the fitted model.
     pub flaw: Flaw,
     /// What it was made with; absent when it could not even be made.
     pub truth: Option<Truth>,
     /// The fit, or why there is none.
-    pub fit: Result<TwinFit, String>,
+    pub fit: Result<SyntheticFit, String>,
     /// Which law was named when both were fitted: `Some(None)` is undecided.
     pub named_law: Option<Option<String>>,
     /// Which mount was named when all were fitted: `Some(None)` is undecided.
@@ -99,15 +99,20 @@ pub struct TwinOutcome {
     pub mounts: Vec<MountFit>,
 }
 
-impl TwinOutcome {
-    fn of(flaw: Flaw, truth: Option<Truth>, fit: Result<TwinFit, String>, named_law: Option<Option<String>>) -> Self {
+impl SyntheticOutcome {
+    fn of(
+        flaw: Flaw,
+        truth: Option<Truth>,
+        fit: Result<SyntheticFit, String>,
+        named_law: Option<Option<String>>,
+    ) -> Self {
         Self { flaw, truth, fit, named_law, named_mount: None, mounts: vec![] }
     }
 }
 
 /// The fit of one synthetic record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TwinFit {
+pub struct SyntheticFit {
     pub estimates: Vec<Estimate>,
     pub verdict: Verdict,
     pub misfit: f64,
@@ -120,7 +125,7 @@ pub struct TwinFit {
     pub before: Option<Vec<Estimate>>,
 }
 
-impl From<&Fit> for TwinFit {
+impl From<&Fit> for SyntheticFit {
     fn from(fit: &Fit) -> Self {
         Self {
             estimates: fit.estimates.clone(),
@@ -134,7 +139,7 @@ impl From<&Fit> for TwinFit {
     }
 }
 
-impl TwinPlan {
+impl SyntheticPlan {
     /// Number of synthetic records in all.
     #[must_use]
     pub fn total(&self) -> u64 {
@@ -162,13 +167,13 @@ impl TwinPlan {
 ///
 /// # Errors
 /// When the bodies of a scene cannot be made ready.
-pub fn twins(
+pub fn synthetics(
     base: &Scene,
-    plan: &TwinPlan,
+    plan: &SyntheticPlan,
     part: Range<u64>,
     finished: &(dyn Fn() + Sync),
     stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Option<Vec<TwinOutcome>>, ModelError> {
+) -> Result<Option<Vec<SyntheticOutcome>>, ModelError> {
     let workshop = Workshop::new(base)?;
     let outcomes = part
         .into_par_iter()
@@ -208,7 +213,7 @@ impl Workshop {
     }
 }
 
-fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> TwinOutcome {
+fn outcome(workshop: &Workshop, base: &Scene, plan: &SyntheticPlan, number: u64) -> SyntheticOutcome {
     // Wrong models are numbered by themselves, so that they are the same whatever the count of right ones.
     let (flaw, scene, number) = if number < plan.count {
         (Flaw::None, plan.scene(base, number), number)
@@ -219,14 +224,14 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
     };
     let parameters = match plan.parameters(&scene) {
         Ok(parameters) => parameters,
-        Err(error) => return TwinOutcome::of(flaw, None, Err(error.to_string()), None),
+        Err(error) => return SyntheticOutcome::of(flaw, None, Err(error.to_string()), None),
     };
     let run = |scene: &Scene| workshop.run(scene, flaw);
-    let made = match twin(&scene, &parameters, &plan.uncertainty, flaw, number, plan.seed, &run) {
+    let made = match synthetic(&scene, &parameters, &plan.uncertainty, flaw, number, plan.seed, &run) {
         Ok(made) => made,
         Err(error) => {
             let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
-            return TwinOutcome::of(flaw, None, Err(reason), None);
+            return SyntheticOutcome::of(flaw, None, Err(reason), None);
         }
     };
     let fit_to = |scene: &Scene| {
@@ -250,11 +255,16 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &TwinPlan, number: u64) -> T
             None => Some(scene.damping.kind.name().to_owned()),
         });
     }
-    TwinOutcome::of(flaw, Some(made.truth), fitted.as_ref().map(TwinFit::from).map_err(Clone::clone), named_law)
+    SyntheticOutcome::of(
+        flaw,
+        Some(made.truth),
+        fitted.as_ref().map(SyntheticFit::from).map_err(Clone::clone),
+        named_law,
+    )
 }
 
 /// Fits a synthetic record through the calls that `calibrate` makes.
-fn fit_one(workshop: &Workshop, scene: &Scene, csv: &[u8], plan: &TwinPlan, seed: u64) -> Result<Fit, String> {
+fn fit_one(workshop: &Workshop, scene: &Scene, csv: &[u8], plan: &SyntheticPlan, seed: u64) -> Result<Fit, String> {
     let mut fitted_by = match plan.fit {
         FittedBy::FiniteBody => chain_below(scene),
         FittedBy::Chain | FittedBy::Ladder => scene.clone(),
@@ -284,7 +294,7 @@ pub struct ParameterProof {
 
 /// Summary over all synthetic records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TwinProof {
+pub struct SyntheticCoverage {
     /// Each parameter. Intervals count whatever the verdict: one may not hide a miss behind `outside scatter`.
     pub parameters: Vec<ParameterProof>,
     /// Right models that ended outside their scatter: false alarms.
@@ -310,15 +320,15 @@ pub struct TwinProof {
 }
 
 #[must_use]
-pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
-    let right: Vec<&TwinOutcome> = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).collect();
-    let fitted: Vec<(&Truth, &TwinFit)> =
+pub fn proof(outcomes: &[SyntheticOutcome]) -> SyntheticCoverage {
+    let right: Vec<&SyntheticOutcome> = outcomes.iter().filter(|outcome| outcome.flaw == Flaw::None).collect();
+    let fitted: Vec<(&Truth, &SyntheticFit)> =
         right.iter().filter_map(|o| Some((o.truth.as_ref()?, o.fit.as_ref().ok()?))).collect();
     let names = fitted.first().map_or(&[][..], |(_, fit)| &fit.estimates[..]).iter().map(|estimate| &estimate.name);
     let parameters = names
         .enumerate()
         .map(|(d, name)| {
-            let covered = |(truth, fit): &&(&Truth, &TwinFit)| {
+            let covered = |(truth, fit): &&(&Truth, &SyntheticFit)| {
                 (fit.estimates[d].low..=fit.estimates[d].high).contains(&truth.values[d])
             };
             let count = fitted.len();
@@ -344,12 +354,12 @@ pub fn proof(outcomes: &[TwinOutcome]) -> TwinProof {
         .into_iter()
         .map(|flaw| {
             let of_kind: Vec<_> = outcomes.iter().filter(|outcome| outcome.flaw == flaw).collect();
-            let within = |o: &&&TwinOutcome| o.fit.as_ref().is_ok_and(|fit| fit.verdict == Verdict::WithinScatter);
+            let within = |o: &&&SyntheticOutcome| o.fit.as_ref().is_ok_and(|fit| fit.verdict == Verdict::WithinScatter);
             (flaw, of_kind.len() - of_kind.iter().filter(within).count(), of_kind.len())
         })
         .filter(|(_, _, count)| *count > 0)
         .collect();
-    TwinProof {
+    SyntheticCoverage {
         parameters,
         false_alarms: ended(Verdict::OutsideScatter),
         unconverged: ended(Verdict::NotConverged),

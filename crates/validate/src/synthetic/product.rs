@@ -2,17 +2,17 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use super::TwinPlan;
-use granchain_calibration::predict::confirmed::with_causes;
+use super::SyntheticPlan;
+use granchain_calibration::predict::predicted::with_causes;
 use granchain_calibration::{
-    Course, Fitted, Plan, Problem, bench::Bench, fidelity::Bodies, fit::Fit, plan::Number, refusal::Refusal,
-    shot::ShotPlan,
+    Fitted, Plan, Problem, Schedule, bench::Bench, fidelity::Bodies, fit::Fit, plan::Number,
+    recorded_run::RecordedRunPlan, refusal::Refusal,
 };
 use granchain_model::scene::{ModelKind, Scene};
 use granchain_record::ReadOptions;
 use granchain_signal::feature::Measurand;
 
-impl TwinPlan {
+impl SyntheticPlan {
     /// Input of `calibrate` for a synthetic record.
     pub(super) fn definition(&self, quantity: Measurand, seed: u64) -> Plan {
         let drawn = self.uncertainty.named().map(|(name, _, value)| (name.to_owned(), Number::Plain(value)));
@@ -34,12 +34,12 @@ pub(super) fn fitted(definition: &Plan, records: &[(Scene, &[u8])], bodies: Opti
     let place = format!("{}/", folder.path().display());
     let said = |error: &dyn std::error::Error| with_causes(error).replace(&place, "");
     let written = |(number, (scene, csv)): (usize, &(Scene, &[u8]))| {
-        shot(&folder.path().join(number.to_string()), scene, csv).map_err(|error| error.to_string())
+        recorded_run(&folder.path().join(number.to_string()), scene, csv).map_err(|error| error.to_string())
     };
-    let shots = records.iter().enumerate().map(written).collect::<Result<_, _>>()?;
+    let recorded_runs = records.iter().enumerate().map(written).collect::<Result<_, _>>()?;
     let fit = || -> Result<Fitted, Refusal> {
-        let problem = Problem::of(definition, shots)?;
-        problem.fit(Course { bodies, ..Course::default() })
+        let problem = Problem::of(definition, recorded_runs)?;
+        problem.fit(Schedule { bodies, ..Schedule::default() })
     };
     fit().map_err(|error| said(&error))
 }
@@ -50,12 +50,12 @@ pub(crate) fn fit(definition: &Plan, scene: &Scene, csv: &[u8], bodies: Option<&
 }
 
 /// A record and its scene as files in a folder of their own.
-fn shot(folder: &Path, scene: &Scene, csv: &[u8]) -> Result<ShotPlan, Box<dyn std::error::Error>> {
+fn recorded_run(folder: &Path, scene: &Scene, csv: &[u8]) -> Result<RecordedRunPlan, Box<dyn std::error::Error>> {
     fs::create_dir(folder)?;
     let (record, scene_file) = (folder.join("twin.csv"), folder.join("scene.toml"));
     fs::write(&record, csv)?;
     fs::write(&scene_file, scene.to_toml())?;
     let how = (granchain_calibration::drive::RecordedDrive::read_at_plateau as _, &ReadOptions::default());
     let bench = Bench::read(&scene_file.display().to_string(), vec![], ModelKind::Chain, None, how)?;
-    Ok(ShotPlan::of(&record, bench))
+    Ok(RecordedRunPlan::of(&record, bench))
 }

@@ -7,7 +7,7 @@ use granchain_record::run_log::{RunLog, RunLogError};
 
 /// Location of the stored runs of one fidelity level of one fit.
 #[derive(Debug, Clone)]
-pub struct KeptPlace {
+pub struct RunFile {
     pub path: PathBuf,
     /// Digest of the fit's inputs; runs with another digest are ignored.
     pub key: String,
@@ -15,13 +15,13 @@ pub struct KeptPlace {
 
 /// Stored runs of a fidelity level.
 #[derive(Debug)]
-pub struct KeptRuns {
+pub struct RunStore {
     log: RunLog,
     key: String,
     runs: BTreeMap<usize, (String, Run)>,
 }
 
-impl KeptPlace {
+impl RunFile {
     /// The file for the finer bodies of the same level.
     #[must_use]
     pub fn finer(&self) -> Self {
@@ -32,13 +32,13 @@ impl KeptPlace {
     ///
     /// # Errors
     /// When the file cannot be read or written.
-    pub fn open(&self) -> Result<KeptRuns, RunLogError> {
+    pub fn open(&self) -> Result<RunStore, RunLogError> {
         let (log, runs) = RunLog::open(&self.path)?;
-        Ok(KeptRuns { log, key: self.key.clone(), runs })
+        Ok(RunStore { log, key: self.key.clone(), runs })
     }
 }
 
-impl KeptRuns {
+impl RunStore {
     /// The stored run with this number and position, if there is one.
     #[must_use]
     pub fn found(&self, number: u64, position: &[f64]) -> Option<&Run> {

@@ -48,7 +48,7 @@ impl Watch for Unwatched {
 pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
     let base = Variation::of(scene);
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
-    (0..plan.members)
+    (0..plan.replicates)
         .map(|_| {
             let mut variation = base.clone();
             for gap in &mut variation.gap_offsets {
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn members_of_a_model_that_knows_only_scenes_are_what_it_makes_of_those_scenes() {
+    fn replicates_of_a_model_that_knows_only_scenes_are_what_it_makes_of_those_scenes() {
         let scene = short(&["model.kind=fea", "model.mesh_density=4", "chain.beads=2", "duration=4us"]);
         let variations = perturbations(&scene, &EnsemblePlan::new(3, 7));
         let peaks = |threads: usize| {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::{
     bodies::Bodies,
-    confirmation::{Confirmation, ConfirmationError, ConfirmedFeature, Predicted, confirm, confirm_printed},
     ensemble::EnsemblePlan,
-    members,
+    prediction::{Predicted, PredictedFeature, PredictionError, PredictiveRun, predict, predict_printed},
+    replicates,
 };
 use crate::{
     Fitted, FittedCandidate, Problem,
@@ -18,42 +18,42 @@ use crate::{
     measured::Measured,
     observation::{MIDDLE, Passband},
     outcome::{CalibrationOutcome, OutcomeFeature},
-    shot::Shot,
+    recorded_run::RecordedRun,
 };
 use granchain_model::{reduced::Cache, scene::Scene};
 
 /// Perturbed chain runs at each of three drive levels for the feature table.
-const MEMBERS: usize = 24;
+const REPLICATES: usize = 24;
 
 /// The same on a fidelity level above.
-const UPPER_MEMBERS: usize = 8;
+const UPPER_REPLICATES: usize = 8;
 
 /// Compares `scene` with the measurement, on the scene's own model; runs without a predicted passband are filtered by
 /// `passband`, or as their record states.
 ///
 /// # Errors
 /// When the accurate run fails or cannot be compared.
-pub fn confirm_measured(
+pub fn predict_measured(
     measured: &Measured,
     scene: &Scene,
     bodies: &Bodies,
     how: (&EnsemblePlan, Option<&Predicted>),
     passband: Option<Passband>,
-    watch: &dyn members::Watch,
-) -> Result<Confirmation, ConfirmationError> {
+    watch: &dyn replicates::Watch,
+) -> Result<PredictiveRun, PredictionError> {
     match measured {
         Measured::Record(measured) => {
             let passband = passband.or_else(|| measured.recording.passband());
-            confirm(scene, bodies, &measured.recording, &measured.observation, how, passband, watch)
+            predict(scene, bodies, &measured.recording, &measured.observation, how, passband, watch)
         }
-        Measured::Published(measured) => confirm_printed(scene, bodies, &measured.printed, how, watch),
+        Measured::Published(measured) => predict_printed(scene, bodies, &measured.printed, how, watch),
     }
 }
 
 /// Adapts the watch of a search to runs.
 struct Asked<'a>(&'a Watch);
 
-impl members::Watch for Asked<'_> {
+impl replicates::Watch for Asked<'_> {
     fn advance(&self, _runs: u64) {}
 
     fn stop(&self) -> bool {
@@ -63,62 +63,65 @@ impl members::Watch for Asked<'_> {
 
 /// The answer compared with every record.
 #[derive(Debug, Clone)]
-pub struct Confirmed {
+pub struct Predictions {
     /// One per record; `None` if the run failed or cannot be compared.
-    pub confirmations: Vec<Option<Confirmation>>,
+    pub predictions: Vec<Option<PredictiveRun>>,
     pub failures: Vec<String>,
     /// Likely causes if the fit does not explain the first record, most likely first.
     pub diagnosis: Vec<Finding>,
 }
 
-impl Confirmed {
+impl Predictions {
     /// Runs the best candidate's answer, with bodies from `cache` if present; `watch` receives the progress of a
     /// diagnosis and can stop all.
     #[must_use]
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
-        let rungs = &fitted.best_made().rungs;
-        let members = if rungs.is_empty() { MEMBERS } else { UPPER_MEMBERS };
-        let plan = EnsemblePlan::new(members, problem.seed);
+        let fidelities = &fitted.best_made().fidelities;
+        let replicates = if fidelities.is_empty() { REPLICATES } else { UPPER_REPLICATES };
+        let plan = EnsemblePlan::new(replicates, problem.seed);
         let forwards = fitted.best_made().joint.records();
-        let ready = rungs.iter().map(|fidelity| Arc::clone(fidelity.prepared()));
+        let ready = fidelities.iter().map(|fidelity| Arc::clone(fidelity.prepared()));
         let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
-        let shots = problem.shots.par_iter().enumerate();
-        let confirm = |(number, shot): (usize, &Shot)| {
-            let (variations, passbands) = forwards[number].predicted(&best.fit.posterior, members).into_iter().unzip();
+        let recorded_runs = problem.recorded_runs.par_iter().enumerate();
+        let predict = |(number, recorded_run): (usize, &RecordedRun)| {
+            let (variations, passbands) =
+                forwards[number].predicted(&best.fit.posterior, replicates).into_iter().unzip();
             let scene = &best.candidate.scenes[number];
             // How runs scatter, the reduced model tells as well as finite elements do.
             let scene = reduced_below(scene).unwrap_or_else(|| scene.clone());
             let predicted = Predicted { scene, variations, passbands };
             let passband = forwards[number].passband(&best.fit.position(), || MIDDLE);
             let how = (&plan, Some(&predicted));
-            confirm_measured(&shot.measured, &best.scene(number), &bodies, how, passband, &Asked(&*watch)).map_err(
-                |error| {
-                    let place =
-                        if number == 0 { String::new() } else { format!("{}: ", shot.measured.path().display()) };
+            predict_measured(&recorded_run.measured, &best.scene(number), &bodies, how, passband, &Asked(&*watch))
+                .map_err(|error| {
+                    let place = if number == 0 {
+                        String::new()
+                    } else {
+                        format!("{}: ", recorded_run.measured.path().display())
+                    };
                     place + &with_causes(&error)
-                },
-            )
+                })
         };
-        let confirmed: Vec<Result<Confirmation, String>> = shots.map(confirm).collect();
-        let failures = confirmed.iter().filter_map(|it| it.as_ref().err().cloned()).collect();
-        let confirmations = confirmed.into_iter().map(Result::ok).collect();
-        Self { confirmations, failures, diagnosis: fitted.diagnose(problem, watch) }
+        let predicted: Vec<Result<PredictiveRun, String>> = recorded_runs.map(predict).collect();
+        let failures = predicted.iter().filter_map(|it| it.as_ref().err().cloned()).collect();
+        let predictions = predicted.into_iter().map(Result::ok).collect();
+        Self { predictions, failures, diagnosis: fitted.diagnose(problem, watch) }
     }
 
     #[must_use]
     pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
         let mut outcome = fitted.outcome(problem);
         let mut features =
-            self.confirmations.iter().map(|confirmed| confirmed.as_ref().map(features).unwrap_or_default());
+            self.predictions.iter().map(|predicted| predicted.as_ref().map(features).unwrap_or_default());
         for (record, features) in outcome.best.records.iter_mut().zip(features.clone()) {
             record.features = features;
         }
         outcome.best.features = features.next().unwrap_or_default();
         outcome.statements.extend(self.failures.iter().cloned());
         outcome.diagnosis.clone_from(&self.diagnosis);
-        outcome.best.rungs = fitted.best().rungs(problem);
-        outcome.laws[0].rungs.clone_from(&outcome.best.rungs);
+        outcome.best.fidelities = fitted.best().fidelities(problem);
+        outcome.laws[0].fidelities.clone_from(&outcome.best.fidelities);
         outcome
     }
 }
@@ -129,8 +132,8 @@ pub fn with_causes(error: &dyn std::error::Error) -> String {
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
-fn features(confirmation: &Confirmation) -> BTreeMap<String, OutcomeFeature> {
-    let entry = |feature: &ConfirmedFeature| {
+fn features(prediction: &PredictiveRun) -> BTreeMap<String, OutcomeFeature> {
+    let entry = |feature: &PredictedFeature| {
         let simulated = feature.simulated.as_ref();
         let row = OutcomeFeature {
             measured: feature.measured,
@@ -141,5 +144,5 @@ fn features(confirmation: &Confirmation) -> BTreeMap<String, OutcomeFeature> {
         };
         (feature.key.clone(), row)
     };
-    confirmation.features.iter().map(entry).collect()
+    prediction.features.iter().map(entry).collect()
 }

@@ -31,10 +31,10 @@ pub(super) fn fall(values: &[f64], level: f64) -> Option<usize> {
 }
 
 impl Fingerprint {
-    /// Instant of the alignment reference ([`Fingerprint::landmark`]), s; an onset is interpolated between two
+    /// Instant of the alignment reference ([`Fingerprint::alignment`]), s; an onset is interpolated between two
     /// samples.
-    pub fn landmark_time(&self, trace: &Series) -> Result<f64, FingerprintError> {
-        let index = self.landmark(trace)?;
+    pub fn alignment_time(&self, trace: &Series) -> Result<f64, FingerprintError> {
+        let index = self.alignment(trace)?;
         let Some(before) = index.checked_sub(1).filter(|_| !self.falls()) else { return Ok(trace.time(index)) };
         let [low, high] = [before, index].map(|i| trace.values[i].abs());
         Ok(trace.time(before) + ((self.threshold() - low) / (high - low)).clamp(0.0, 1.0) * trace.step)

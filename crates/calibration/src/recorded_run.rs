@@ -50,7 +50,7 @@ impl Source {
 
 /// A record to be fitted, with its bench.
 #[derive(Debug, Clone)]
-pub struct ShotPlan {
+pub struct RecordedRunPlan {
     pub source: Source,
     pub bench: Bench,
     /// Plan and line that name it, if a plan names several.
@@ -59,7 +59,7 @@ pub struct ShotPlan {
 
 /// One record of a problem.
 #[derive(Debug, Clone)]
-pub struct Shot {
+pub struct RecordedRun {
     pub bench: Bench,
     pub options: ReadOptions,
     pub measured: Measured,
@@ -69,7 +69,7 @@ pub struct Shot {
     pub uncertainty: Uncertainty,
 }
 
-impl Shot {
+impl RecordedRun {
     /// Masked samples of its record and of its drive record.
     #[must_use]
     pub fn masked(&self) -> Vec<MaskedStretch> {
@@ -79,7 +79,7 @@ impl Shot {
     }
 }
 
-impl ShotPlan {
+impl RecordedRunPlan {
     /// A file on a bench, read as its own header states.
     #[must_use]
     pub fn of(path: &Path, bench: Bench) -> Self {

@@ -50,7 +50,7 @@ pub struct Truth {
 /// Why a synthetic record cannot be made.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum TwinError {
+pub enum SyntheticError {
     #[error("the truth cannot be simulated")]
     Model(#[from] ModelError),
     #[error("the synthetic record cannot be read")]
@@ -59,7 +59,7 @@ pub enum TwinError {
 
 /// A synthetic record with known truth, in the form of a laboratory file.
 #[derive(Debug, Clone)]
-pub struct Twin {
+pub struct Synthetic {
     /// Its true parameters and instrument.
     pub truth: Truth,
     /// The record as a CSV file.
@@ -193,7 +193,7 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
 ///
 /// # Errors
 /// When the simulation fails or the reader refuses the record.
-pub fn twin(
+pub fn synthetic(
     scene: &Scene,
     parameters: &[Parameter],
     uncertainty: &Uncertainty,
@@ -201,9 +201,9 @@ pub fn twin(
     index: u64,
     seed: u64,
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
-) -> Result<Twin, TwinError> {
+) -> Result<Synthetic, SyntheticError> {
     let values = drawn_truth(parameters, index, seed);
-    twin_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
+    synthetic_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
 }
 
 /// The truth of synthetic record `index`: a point of the box's inner part.
@@ -221,11 +221,11 @@ fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
 }
 
 /// Record `number` of synthetic set `index` at `level` times the scene's drive amplitude: the same truth in the whole
-/// set, gaps and instrument of its own. Record 0 at level 1 is that of [`twin`].
+/// set, gaps and instrument of its own. Record 0 at level 1 is that of [`synthetic`].
 ///
 /// # Errors
-/// As [`twin`].
-pub fn twin_at_level(
+/// As [`synthetic`].
+pub fn synthetic_at_level(
     scene: &Scene,
     parameters: &[Parameter],
     uncertainty: &Uncertainty,
@@ -233,11 +233,11 @@ pub fn twin_at_level(
     (index, number): (u64, u64),
     seed: u64,
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
-) -> Result<Twin, TwinError> {
+) -> Result<Synthetic, SyntheticError> {
     let (scene, values) = (at_level(scene, level), drawn_truth(parameters, index, seed));
     // Shots draw from streams of their own, as synthetic records do.
     let drawn_by = index + (number << 32);
-    let mut made = twin_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
+    let mut made = synthetic_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
     made.truth.index = index;
     Ok(made)
 }
@@ -254,7 +254,7 @@ pub fn at_level(scene: &Scene, level: f64) -> Scene {
 ///
 /// # Errors
 /// When the simulation fails or the reader refuses the record.
-pub fn twin_at(
+pub fn synthetic_at(
     scene: &Scene,
     parameters: &[Parameter],
     values: Vec<f64>,
@@ -262,7 +262,7 @@ pub fn twin_at(
     (index, seed): (u64, u64),
     lab: &dyn Fn(Measurand, &mut ChaCha8Rng) -> Lab,
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
-) -> Result<Twin, TwinError> {
+) -> Result<Synthetic, SyntheticError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(index + 1);
     let mut truth_scene = scene.clone();
@@ -311,7 +311,7 @@ pub fn twin_at(
     let name = std::path::PathBuf::from(format!("twin-{index}.csv"));
     let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
     let record = read_record_bytes(&name, &csv, Some(kind), &options)?;
-    Ok(Twin { truth, csv, recording: Recording::of(&record, false) })
+    Ok(Synthetic { truth, csv, recording: Recording::of(&record, false) })
 }
 
 /// Applies one draw of the bench's uncertainty to a scene; fitted parameters are not drawn.
