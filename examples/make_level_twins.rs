@@ -2,7 +2,7 @@
 //!
 //! Writes `measurements/twin-levels/{full,half,quarter}/`: at each level a horn-tip record and the velocity of the last bead that six
 //! beads on the annulus answer with, at one α and one c for all, every shot with gaps, noise, offset and trigger of its own. As in
-//! `make_twin` the velocity is driven by the *recorded* horn motion, because that is what a calibration replays.
+//! `make_synthetic` the velocity is driven by the *recorded* horn motion, because that is what a calibration replays.
 //!
 //! `cargo run --release --example make_level_twins [-- DIR]`
 

@@ -6,6 +6,7 @@ mod alpha_sweep;
 mod bench;
 pub(super) mod definition;
 pub mod files;
+pub mod impact;
 pub(super) mod manifest;
 mod page;
 
@@ -35,6 +36,7 @@ use crate::{
         Problem,
         drive::Input,
         fit::{FitError, Verdict},
+        recorded_run::labels,
         refusal::Refusal,
     },
     measurement::read_back::{SMALL, read_back},
@@ -53,8 +55,8 @@ pub struct Arguments {
     /// Fit definition (TOML); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub plan: Option<PathBuf>,
-    /// Parameters to fit, of alpha, damping, precompression, support_stiffness, gap, bandwidth, horn_mass, drag, friction; the others keep the scene's value [default:
-    /// alpha,damping]
+    /// Parameters to fit, of alpha, damping, precompression, support_stiffness, support_modulus, support_loss, gap, bandwidth, horn_mass, drag, friction; the others keep the scene's
+    /// value [default: alpha,damping; of a striker support_modulus,support_loss]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
@@ -151,13 +153,17 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
-    let job = prepare(arguments, manifest::typed(super::typed().skip(1)), &InMemory::default())?;
+    let typed = manifest::typed(super::typed().skip(1));
+    if let Some(job) = impact::prepare(&arguments, &typed, &InMemory::default())? {
+        return impact::execute(&job, &arguments, timing);
+    }
+    let job = prepare(arguments, typed, &InMemory::default())?;
     session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
     for warning in job.problem.warnings() {
         session.note(format_args!("warning: {warning}"));
     }
     timing.stage("read");
-    let usual = || free_target(&job.problem);
+    let usual = || free_target(&records(&job.problem));
     if dry_run {
         // A folder that was named is the one meant; else nothing may take the place of a fit.
         let preview = || {
@@ -238,36 +244,44 @@ fn model_taken(problem: &Problem) -> anyhow::Result<Option<String>> {
     Ok(problem.lead().bench.model_taken()?)
 }
 
+/// The records of a problem: path and digest.
+fn records(problem: &Problem) -> Vec<(&Path, &str)> {
+    problem
+        .recorded_runs
+        .iter()
+        .map(|recorded_run| (recorded_run.measured.path(), recorded_run.measured.sha256()))
+        .collect()
+}
+
 /// The usual folder, or `NAME-2`, `NAME-3` … where it holds the fit of other records of that name.
-fn free_target(problem: &Problem) -> PathBuf {
-    let usual = default_target(problem);
+fn free_target(records: &[(&Path, &str)]) -> PathBuf {
+    let usual = default_target(records);
     let name = usual.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let further = (2..).map(|number| usual.with_file_name(format!("{name}-{number}")));
-    let free = std::iter::once(usual.clone()).chain(further).find(|folder| !is_of_others(folder, problem));
+    let free = std::iter::once(usual.clone()).chain(further).find(|folder| !is_of_others(folder, records));
     free.unwrap_or(usual)
 }
 
 /// Whether a folder holds a calibration, and that of other records.
-fn is_of_others(folder: &Path, problem: &Problem) -> bool {
+fn is_of_others(folder: &Path, records: &[(&Path, &str)]) -> bool {
     let read = read_back(&folder.join(manifest::FILE), SMALL).ok();
     let Some(manifest) = read.and_then(|bytes| serde_json::from_slice::<manifest::Manifest>(&bytes).ok()) else {
         return false;
     };
     let inputs = manifest.inputs.iter().filter(|(role, _)| role.starts_with("measured"));
     let of: BTreeSet<&str> = inputs.map(|(_, input)| input.sha256.as_str()).collect();
-    of != problem.recorded_runs.iter().map(|recorded_run| recorded_run.measured.sha256()).collect()
+    of != records.iter().map(|(_, sha256)| *sha256).collect()
 }
 
 /// `calibrations/NAME`: the record's folder where the record is its `vib.csv` or `hydrophone.csv`, else the record's own name; of several
 /// records the folder that holds them all, else all their names.
-fn default_target(problem: &Problem) -> PathBuf {
-    let measured = problem.lead().measured.path();
-    if problem.recorded_runs.len() > 1 {
-        let holds = |folder: &&Path| {
-            problem.recorded_runs.iter().all(|recorded_run| recorded_run.measured.path().starts_with(folder))
-        };
+fn default_target(records: &[(&Path, &str)]) -> PathBuf {
+    let paths: Vec<&Path> = records.iter().map(|(path, _)| *path).collect();
+    let measured = paths[0];
+    if paths.len() > 1 {
+        let holds = |folder: &&Path| paths.iter().all(|path| path.starts_with(folder));
         let common = measured.ancestors().skip(1).find(holds).and_then(Path::file_name);
-        let name = common.map_or_else(|| problem.labels().join("-"), |name| name.to_string_lossy().into_owned());
+        let name = common.map_or_else(|| labels(&paths).join("-"), |name| name.to_string_lossy().into_owned());
         return Path::new("calibrations").join(name);
     }
     let stem = measured.file_stem().map_or_else(|| "record".into(), |stem| stem.to_string_lossy().into_owned());

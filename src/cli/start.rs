@@ -1,6 +1,7 @@
 //! `granchain start`: from the files of a laboratory to a fit definition with every open choice in it.
 
 mod ask;
+mod impact;
 mod unread;
 
 use std::{
@@ -36,8 +37,8 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels. If no file
-    /// is given and a terminal is attached, the program asks for the files
+    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels; or hits of a
+    /// striker. If no file is given and a terminal is attached, the program asks for the files
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: from names, units and spectra]
@@ -108,6 +109,9 @@ struct Files {
 }
 
 fn begin(arguments: &Arguments, words: &[String]) -> anyhow::Result<Outcome> {
+    if let Some(done) = impact::begin(arguments)? {
+        return Ok(done);
+    }
     let picture = arguments.out.with_extension("png");
     [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path))?;
     let files = read(arguments)?;
@@ -271,6 +275,20 @@ const CLEARLY: f64 = 0.1;
 /// Scene keys that say what stands on a bench.
 const OF_THE_BENCH: [&str; 6] = ["chain.", "piston.", "support.", "disc.", "water.", "vibrometer."];
 
+/// The lines of `set`: what is stated, and every other key of these tables as a comment.
+fn open_settings(stated: &[String], scene: &Scene, tables: &[&str]) -> String {
+    let mut lines: Vec<String> = stated.iter().map(|set| format!("    {},\n", toml_text(set))).collect();
+    let own: Vec<&str> = stated.iter().filter_map(|set| Some(set.split_once('=')?.0.trim())).collect();
+    for setting in scene.settings() {
+        if tables.iter().any(|table| setting.key.starts_with(table)) && !own.contains(&setting.key.as_str()) {
+            let value = setting.value.to_toml();
+            let value = value.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(&value);
+            lines.push(format!("    # '{}={value}', # {}\n", setting.key, setting.meaning));
+        }
+    }
+    lines.concat()
+}
+
 /// The fit definition as text.
 fn definition(
     arguments: &Arguments,
@@ -324,17 +342,7 @@ fn definition(
         line(format!("bench = {}", place(bench)));
     }
     line("\n# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key.".into());
-    line(format!("scene = '{name}'\nset = ["));
-    arguments.set.iter().for_each(|set| line(format!("    {},", toml_text(set))));
-    let own: Vec<&str> = arguments.set.iter().filter_map(|set| Some(set.split_once('=')?.0.trim())).collect();
-    for setting in scene.settings() {
-        if OF_THE_BENCH.iter().any(|table| setting.key.starts_with(table)) && !own.contains(&setting.key.as_str()) {
-            let value = setting.value.to_toml();
-            let value = value.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(&value);
-            line(format!("    # '{}={value}', # {}", setting.key, setting.meaning));
-        }
-    }
-    line("]\n".into());
+    line(format!("scene = '{name}'\nset = [\n{}]\n", open_settings(&arguments.set, scene, &OF_THE_BENCH)));
     line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right.".into());
     line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth, horn_mass, drag, friction".into());
     let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";

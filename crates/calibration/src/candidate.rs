@@ -122,7 +122,10 @@ fn mounts(
 }
 
 /// The parameters of a scene that are fitted, with their bounds.
-fn parameters(plan: &Plan, scene: &Scene) -> Result<Vec<Parameter>, Refusal> {
+///
+/// # Errors
+/// A parameter that the scene does not have; bounds of another unit or in the wrong order.
+pub fn parameters(plan: &Plan, scene: &Scene) -> Result<Vec<Parameter>, Refusal> {
     let mut parameters = Vec::new();
     for name in plan.fitted() {
         parameters.extend(Parameter::named(&name, scene)?);

@@ -21,6 +21,7 @@ pub mod fit;
 pub mod fitted;
 pub mod forward;
 pub mod frame;
+pub mod impact;
 pub mod ladder;
 pub mod likelihood;
 pub mod measured;

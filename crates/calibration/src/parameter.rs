@@ -5,7 +5,7 @@ use thiserror::Error;
 
 mod table;
 
-use self::table::{ALPHA, MODULUS, Widening};
+use self::table::{ALPHA, MODULUS, PLATE, Widening};
 pub use self::table::{PARAMETERS, Row, Shown};
 use super::observation::highest_cutoff;
 use granchain_model::{
@@ -26,6 +26,12 @@ pub enum Target {
     Precompression,
     /// The factor on the annulus' law, or the stiffness of the spring.
     SupportStiffness,
+    /// Young's modulus of an elastic foundation.
+    SupportModulus,
+    /// The time constant of a foundation's loss.
+    SupportLoss,
+    /// The thickness of a plate on a foundation.
+    PlateThickness,
     /// The gap between the resting piston and the first bead.
     Gap,
     /// The cutoff of the recording instrument.
@@ -107,6 +113,14 @@ pub enum ParameterError {
          support.kind=spring, or leave it out of --fit"
     )]
     NoStiffness,
+    #[error(
+        "`{name}` belongs to an elastic foundation, and the scene has none: set support.kind=foundation, or leave it out of --fit"
+    )]
+    NoFoundation { name: &'static str },
+    #[error(
+        "`support_loss` is fitted to impulses of a striker, and the scene has none: set drive.kind=striker, or leave it out of --fit"
+    )]
+    NoStriker,
 }
 
 impl Parameter {
@@ -132,6 +146,11 @@ impl Parameter {
     /// The factor on Young's modulus of the beads, used by the diagnosis only.
     pub(crate) fn modulus(scene: &Scene) -> Option<Self> {
         Self::of_row(&MODULUS, scene).ok()
+    }
+
+    /// The thickness of a plate on the foundation, used by the diagnosis of impact records only.
+    pub(crate) fn plate(scene: &Scene) -> Option<Self> {
+        Self::of_row(&PLATE, scene).ok()
     }
 
     fn of_row(row: &Row, scene: &Scene) -> Result<Self, ParameterError> {
@@ -189,7 +208,7 @@ impl Parameter {
 
     /// Its row of the table, unless it is a damping coefficient.
     fn row(&self) -> Option<&'static Row> {
-        PARAMETERS.iter().chain([&MODULUS]).find(|row| row.target == self.target)
+        PARAMETERS.iter().chain([&MODULUS, &PLATE]).find(|row| row.target == self.target)
     }
 
     /// Which further record would determine it.
@@ -308,12 +327,32 @@ mod tests {
         }
     }
 
+    fn is_of_a_foundation(name: &str) -> bool {
+        ["support_modulus", "support_loss"].contains(&name)
+    }
+
+    #[test]
+    fn a_foundation_is_asked_of_scenes_that_have_one() {
+        for (scene, name, expected) in [
+            ("annulus", "support_modulus", ParameterError::NoFoundation { name: "support_modulus" }),
+            ("annulus", "support_loss", ParameterError::NoFoundation { name: "support_loss" }),
+        ] {
+            assert_eq!(Parameter::named(name, &scene::load(scene, &[]).unwrap()), Err(expected));
+        }
+        let driven = scene::load(
+            "impact",
+            &["drive.kind=sine", "drive.frequency=20kHz", "drive.amplitude=1um", "drive.cycles=5"].map(String::from),
+        );
+        assert_eq!(Parameter::named("support_loss", &driven.unwrap()), Err(ParameterError::NoStriker));
+    }
+
     #[test]
     fn every_parameter_is_set_again_by_its_scene_key() {
         for row in PARAMETERS.iter().filter(|row| row.key != "bandwidth") {
-            let plain = scene::load("annulus", &[]).unwrap();
+            let bench = if is_of_a_foundation(row.key) { "impact" } else { "annulus" };
+            let plain = scene::load(bench, &[]).unwrap();
             let (unit, low, _) = (row.bounds)(&plain).unwrap();
-            let replayed = scene::load("annulus", &[format!("{}={low}", (row.scene_key)(unit))]).unwrap();
+            let replayed = scene::load(bench, &[format!("{}={low}", (row.scene_key)(unit))]).unwrap();
             assert_eq!((row.get)(&replayed), Some(low), "{}", row.key);
         }
     }
@@ -322,7 +361,10 @@ mod tests {
     fn a_value_varied_is_the_value_set() {
         let sets = ["damping.kind=linear+kuwabara-kono", "chain.gaps.contact1=20nm", "support.stiffness_factor=0.8"];
         let scene = scene::load("annulus", &sets.map(String::from)).unwrap();
-        for name in Parameter::names().into_iter().filter(|name| !["damping", "bandwidth"].contains(name)) {
+        for name in Parameter::names()
+            .into_iter()
+            .filter(|name| !["damping", "bandwidth"].contains(name) && !is_of_a_foundation(name))
+        {
             let parameter = Parameter::named(name, &scene).unwrap().remove(0);
             let value = parameter.value(0.4);
             let (mut set, mut variation) = (scene.clone(), Variation::of(&scene));

@@ -9,7 +9,7 @@ use granchain::{
         calibrate::{
             Arguments, InMemory, Job, RESULTS,
             files::{Files, Stop},
-            prepare,
+            impact, prepare,
         },
         output::OutputFolder,
         timing::{self, Timing},
@@ -162,6 +162,11 @@ fn calibrate(
     let done = attend(py, progress.as_ref(), move |attendance| {
         let mut timing = Timing::start();
         let session = arguments.session.clone();
+        if impact::prepare(&arguments, &flags, &in_memory)?.is_some() {
+            return Err(usage(
+                "the scene has a striker: expected a driven chain here; run `python -m granchain calibrate …`, which writes calibration.json".to_owned(),
+            ));
+        }
         let job = prepare(arguments, flags, &in_memory)?;
         timing.stage("read");
         let bodies = job.problem.bodies(session.cache().as_ref()).map_err(Refusal::from)?;

@@ -143,6 +143,11 @@ pub enum MeasurementError {
         kind.name(), wanted(*kind), listed(columns)
     )]
     NoQuantity { place: Place, kind: RecordKind, columns: Vec<String> },
+    #[error(
+        "{place}: expected the force of a sensor in newtons or volts, found {}; the columns are {}; choose one with --channel",
+        if found.is_empty() { "none".into() } else { listed(found) }, listed(columns)
+    )]
+    NoForce { place: Place, found: Vec<String>, columns: Vec<String> },
     #[error("{place}: {flag} names `{wanted}`, which is no column here; the columns are {}", listed(columns))]
     NoSuchColumn { place: Place, flag: &'static str, wanted: String, columns: Vec<String> },
     #[error(

@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod convergence;
 pub mod effects;
+pub mod impact;
 pub mod laboratory;
 pub mod page;
 pub mod stress;

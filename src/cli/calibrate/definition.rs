@@ -89,7 +89,7 @@ pub fn refused(error: Refusal) -> anyhow::Error {
 }
 
 /// Flags in place of what the plan says.
-fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
+pub(super) fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
     let quantity = arguments.quantity.map(|quantity| match quantity {
         QuantityChoice::Velocity => Measurand::Velocity,
         QuantityChoice::Pressure => Measurand::Pressure,
@@ -233,7 +233,7 @@ impl InMemory {
 }
 
 /// The records as named, none of them checked.
-fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
+pub(super) fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
     let of = |measured: &PathBuf| RecordPlan {
         measured: measured.clone(),
         drive: plan.drive.clone(),

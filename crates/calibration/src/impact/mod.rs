@@ -1,0 +1,322 @@
+//! Calibration of a column that a striker hits, against records of a force sensor of unknown gain.
+//!
+//! ```text
+//! records ─ observe ─► features of the hits ─► mean and scatter ┐
+//! scene, parameters, unknowns ─► runs ─ observe ─► regression ──┴► posterior, T² ─► verdict ─ causes ─► ImpactOutcome
+//! ```
+//!
+//! A hit is reduced to three numbers that hold no gain: the time from the incident to the returned impulse, the ratio of their peaks and that of
+//! their widths ([`hit`]). Nothing here knows a drive or its period. The mean ȳ of n hits is compared with the model,
+//!
+//! ȳ ~ N(m(θ), S/n + B Bᵀ + C (1 + h(θ))),
+//!
+//! m the regression of runs, S the scatter of the hits beside a stated floor, B what an unknown shared by all hits moves the features by (velocity,
+//! bead stiffness, AC coupling, where the sensor reads, and the set-up), C h the regression's own variance. Left out: what a returned impulse does after it has passed the sensor.
+
+mod cause;
+pub mod hit;
+pub mod likelihood;
+mod outcome;
+pub mod regression;
+pub mod run;
+
+use granchain_model::{ModelError, scene::Scene};
+use granchain_record::SensorRecord;
+use granchain_signal::{Series, feature::FeatureError};
+
+pub use self::{
+    cause::{ImpactCause, ImpactFinding},
+    outcome::{HitOutcome, ImpactOutcome, ReturnTime},
+};
+use self::{
+    hit::{Features, Impulses, observe},
+    likelihood::{Grid, Hits, Likelihood},
+    regression::Regression,
+    run::{Bench, CORNER, Run, Unknown, force, high_passed},
+};
+use crate::{
+    agreement::{DOUBTFUL, OUTSIDE},
+    fit::Verdict,
+    parameter::Parameter,
+};
+
+/// Runs of a fit where none are asked for.
+pub const EVALUATIONS: usize = 600;
+
+/// Rounds of a fit: the whole box, then twice around the answer.
+const ROUNDS: usize = 3;
+
+/// Standard deviations about the answer that a round covers, and its least width in unit coordinates.
+const REACH: f64 = 5.0;
+const LEAST: f64 = 0.08;
+
+/// How often the box is widened where the answer lies at its edge.
+const WIDENINGS: usize = 2;
+
+/// Most parameters of a fit: a hit has three features.
+pub const MOST_PARAMETERS: usize = 3;
+
+/// Relative difference of sampling steps of one experiment.
+const SAME_STEP: f64 = 1e-3;
+
+/// Why hits cannot be fitted.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImpactError {
+    #[error(
+        "{path}: expected an incident and a returned impulse of at least 15 % of its height, found {found}; leave the record out, or record longer"
+    )]
+    NoReturn { path: String, found: &'static str },
+    #[error("{path}: {source}")]
+    Unread { path: String, source: FeatureError },
+    #[error(
+        "{path}: sampled every {found:.4e} s, the first hit every {expected:.4e} s; fit hits of one experiment, sampled alike"
+    )]
+    Step { path: String, expected: f64, found: f64 },
+    #[error(
+        "scene `{scene}`: records of a force sensor are compared with that of a bead, and none has one; set chain.sensor"
+    )]
+    NoSensor { scene: String },
+    #[error("--fit {name}: is not fitted to impulses of a striker; expected some of {}", FITTED.join(", "))]
+    Parameter { name: String },
+    #[error("--fit names {found} parameters, and a hit has three features; name at most {MOST_PARAMETERS}")]
+    TooMany { found: usize },
+    #[error(
+        "{finished} of {runs} runs gave an incident and a returned impulse, too few for a fit; most often: {reason}; lengthen `duration`, or move the bounds"
+    )]
+    TooFewRuns { finished: usize, runs: usize, reason: String },
+    #[error("stopped")]
+    Stopped,
+}
+
+/// Parameters that impulses tell of.
+const FITTED: [&str; 4] = ["alpha", "damping", "support_modulus", "support_loss"];
+
+/// One record and what was measured of it.
+#[derive(Debug, Clone)]
+pub struct Hit {
+    pub record: SensorRecord,
+    pub impulses: Impulses,
+}
+
+impl Hit {
+    /// # Errors
+    /// A record without two impulses.
+    pub fn of(record: SensorRecord) -> Result<Self, ImpactError> {
+        let path = || record.path.display().to_string();
+        let found = observe(&record.series).map_err(|source| ImpactError::Unread { path: path(), source })?;
+        let impulses = found.ok_or_else(|| ImpactError::NoReturn { path: path(), found: "no second impulse" })?;
+        Ok(Self { record, impulses })
+    }
+}
+
+/// Hits of one experiment, and the bench they are compared with.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    pub hits: Vec<Hit>,
+    pub scene: Scene,
+    pub parameters: Vec<Parameter>,
+    pub unknown: Unknown,
+    pub evaluations: usize,
+    pub seed: u64,
+}
+
+/// A parameter as the hits leave it, in unit coordinates and SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marginal {
+    pub parameter: Parameter,
+    pub value: f64,
+    pub low: f64,
+    pub median: f64,
+    pub high: f64,
+    /// Whether value or interval touch a bound.
+    pub at_bound: bool,
+    /// Whether the interval is hardly narrower than the box.
+    pub unidentified: bool,
+}
+
+#[derive(Debug, Clone)]
+pub struct ImpactFit {
+    pub marginals: Vec<Marginal>,
+    pub verdict: Verdict,
+    pub p_value: f64,
+    /// Correlation of the first two parameters.
+    pub correlation: f64,
+    /// Expected features of the mean, and their deviation from it in standard deviations, at the best point.
+    pub expected: Features,
+    pub deviations: Features,
+    /// Standard deviation of each feature over hits.
+    pub scatter: Features,
+    /// Mean of ln of the return time over the posterior, and the standard deviation of one hit about it.
+    pub return_time: [f64; 2],
+    pub freedom: f64,
+    pub runs: Vec<Run>,
+}
+
+impl Experiment {
+    /// Checks what does not fit together.
+    ///
+    /// # Errors
+    /// [`ImpactError`].
+    pub fn checked(self) -> Result<Self, ImpactError> {
+        if self.scene.chain.sensor.is_none() {
+            return Err(ImpactError::NoSensor { scene: self.scene.name.clone() });
+        }
+        let known = |parameter: &&Parameter| !FITTED.contains(&parameter.name.as_str());
+        if let Some(parameter) = self.parameters.iter().find(known) {
+            return Err(ImpactError::Parameter { name: parameter.name.clone() });
+        }
+        if self.parameters.len() > MOST_PARAMETERS {
+            return Err(ImpactError::TooMany { found: self.parameters.len() });
+        }
+        let expected = self.step();
+        let other = |hit: &&Hit| (hit.record.series.step / expected - 1.0).abs() > SAME_STEP;
+        if let Some(hit) = self.hits.iter().find(other) {
+            let path = hit.record.path.display().to_string();
+            return Err(ImpactError::Step { path, expected, found: hit.record.series.step });
+        }
+        Ok(self)
+    }
+
+    fn step(&self) -> f64 {
+        self.hits.first().map_or(1e-5, |hit| hit.record.series.step)
+    }
+
+    /// The features of the hits, in order.
+    #[must_use]
+    pub fn features(&self) -> Vec<Features> {
+        self.hits.iter().map(|hit| hit.impulses.features()).collect()
+    }
+
+    /// Fits the parameters; `stop` is asked between rounds.
+    ///
+    /// # Errors
+    /// Too few runs that show an impulse come back; stopped.
+    pub fn fit(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactFit, ImpactError> {
+        let hits = Hits::of(&self.features());
+        let mut parameters = self.parameters.clone();
+        for widened in 0..=WIDENINGS {
+            let fit = self.searched(&parameters, &hits, stop)?;
+            let pressed = |marginal: &Marginal| {
+                let coordinate = |value| marginal.parameter.coordinate(value);
+                let (down, up) =
+                    Parameter::pressed(coordinate(marginal.low), coordinate(marginal.value), coordinate(marginal.high));
+                marginal.parameter.widened(down, up).filter(|_| !marginal.unidentified)
+            };
+            let wider: Vec<Option<Parameter>> = fit.marginals.iter().map(pressed).collect();
+            if widened == WIDENINGS || wider.iter().all(Option::is_none) {
+                return Ok(fit);
+            }
+            parameters
+                .iter_mut()
+                .zip(wider)
+                .for_each(|(parameter, wider)| *parameter = wider.unwrap_or_else(|| parameter.clone()));
+        }
+        Err(ImpactError::Stopped)
+    }
+
+    /// The sensor force of the scene at the answer of a fit, N, behind an AC coupling in the middle of those that may be.
+    ///
+    /// # Errors
+    /// What the model refuses.
+    pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
+        let mut scene = self.scene.clone();
+        fit.marginals.iter().for_each(|marginal| marginal.parameter.set(&mut scene, marginal.value));
+        Ok(high_passed(&force(&scene, 0.5)?, CORNER.0))
+    }
+
+    fn searched(
+        &self,
+        parameters: &[Parameter],
+        hits: &Hits,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<ImpactFit, ImpactError> {
+        let bench = Bench { scene: &self.scene, parameters, unknown: self.unknown, step: self.step(), seed: self.seed };
+        let size = (self.evaluations / ROUNDS) as u32;
+        let mut within = vec![[0.0, 1.0]; parameters.len()];
+        let (mut runs, mut before): (Vec<Run>, Option<Grid>) = (Vec::new(), None);
+        for round in 0..ROUNDS as u32 {
+            if stop() {
+                return Err(ImpactError::Stopped);
+            }
+            runs.extend(bench.runs(round * size..(round + 1) * size, &within));
+            let regression = Regression::of(&runs, &within).ok_or_else(|| too_few(&runs))?;
+            let likelihood = Likelihood::new(&regression, hits);
+            let grid = Grid::of(&likelihood, &within).ok_or_else(|| too_few(&runs))?;
+            if round + 1 == ROUNDS as u32 {
+                return Ok(answer(parameters, &likelihood, &grid, before.as_ref(), (&within, runs)));
+            }
+            within = grid.holds(REACH, LEAST);
+            before = Some(grid);
+        }
+        Err(ImpactError::Stopped)
+    }
+}
+
+fn too_few(runs: &[Run]) -> ImpactError {
+    let reasons: Vec<&String> = runs.iter().filter_map(|run| run.features.as_ref().err()).collect();
+    let count = |reason: &&&String| reasons.iter().filter(|other| other == reason).count();
+    let reason = reasons
+        .iter()
+        .max_by_key(count)
+        .map_or_else(|| "none failed; raise --evaluations".into(), |reason| (*reason).clone());
+    ImpactError::TooFewRuns { finished: runs.len() - reasons.len(), runs: runs.len(), reason }
+}
+
+/// Unit coordinate from which an answer touches a bound, and the share of the box from which an interval tells nothing.
+const EDGE: f64 = 0.01;
+const WIDE: f64 = 0.8;
+
+fn answer(
+    parameters: &[Parameter],
+    likelihood: &Likelihood<'_>,
+    grid: &Grid,
+    before: Option<&Grid>,
+    (within, runs): (&[[f64; 2]], Vec<Run>),
+) -> ImpactFit {
+    let mut settled = true;
+    let marginal = |(d, parameter): (usize, &Parameter)| {
+        let [low, median, high] = grid.quantiles(d, [0.05, 0.5, 0.95]);
+        let [edge, end] = within[d];
+        // An interval that the last round's part of the box cuts off, or a median that still moves by more than half of it.
+        let cut =
+            (low - edge < 0.02 * (end - edge) && edge > EDGE) || (end - high < 0.02 * (end - edge) && end < 1.0 - EDGE);
+        let moved = before.is_some_and(|before| (before.quantiles(d, [0.5])[0] - median).abs() > 0.5 * (high - low));
+        settled &= !(cut || moved);
+        Marginal {
+            value: parameter.value(grid.best[d]),
+            low: parameter.value(low),
+            median: parameter.value(median),
+            high: parameter.value(high),
+            at_bound: low.min(grid.best[d]) < EDGE || high.max(grid.best[d]) > 1.0 - EDGE,
+            unidentified: high - low > WIDE,
+            parameter: parameter.clone(),
+        }
+    };
+    let marginals: Vec<Marginal> = parameters.iter().enumerate().map(marginal).collect();
+    let p_value = likelihood.p_value(grid.square, parameters.len());
+    let verdict = if p_value < OUTSIDE {
+        Verdict::OutsideScatter
+    } else if !settled {
+        Verdict::NotConverged
+    } else if p_value < DOUBTFUL {
+        Verdict::Doubtful
+    } else {
+        Verdict::WithinScatter
+    };
+    let (mean, covariance) = grid.moments(|at| likelihood.regression.expected(at).mean);
+    let of_mean = covariance[(0, 0)] + likelihood.shared()[(0, 0)];
+    let of_hit = likelihood.scatter[(0, 0)];
+    ImpactFit {
+        correlation: if parameters.len() > 1 { grid.correlation(0, 1) } else { 0.0 },
+        expected: likelihood.regression.expected(&grid.best).mean,
+        deviations: likelihood.deviations(&grid.best),
+        scatter: likelihood.scatter.diagonal().map(f64::sqrt),
+        return_time: [mean[0], (of_mean + of_hit).sqrt()],
+        freedom: likelihood.hits.freedom(),
+        marginals,
+        verdict,
+        p_value,
+        runs,
+    }
+}

@@ -1,0 +1,169 @@
+//! Result of a calibration on impact records: `calibration.json`, with the keys of other calibrations where they mean the same.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Experiment, ImpactFit, cause::ImpactFinding, hit::NAMES, likelihood::student};
+use crate::{
+    fit::Verdict,
+    outcome::{FittedParameter, InputDigest, failures_of},
+    recorded_run::labels,
+};
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ImpactOutcome {
+    pub program: String,
+    /// Scene as named on the command line or in the plan.
+    pub scene: String,
+    pub overrides: Vec<String>,
+    pub model: String,
+    /// What the records hold: `force`, times an unknown gain.
+    pub quantity: String,
+    pub verdict: Verdict,
+    pub p_value: f64,
+    /// The fitted parameters by name; no interval where the model does not explain the hits.
+    pub parameters: BTreeMap<String, FittedParameter>,
+    pub correlation: f64,
+    pub return_time: ReturnTime,
+    /// The mean of the hits and the model at the answer.
+    pub fitted_features: BTreeMap<String, HitFeature>,
+    pub hits: Vec<HitOutcome>,
+    /// Likely causes if the model does not explain the hits, most likely first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub diagnosis: Vec<ImpactFinding>,
+    pub evaluations: u64,
+    pub failed_runs: u64,
+    pub failures: BTreeMap<String, u64>,
+    pub seed: u64,
+    pub inputs: BTreeMap<String, InputDigest>,
+    pub warnings: Vec<String>,
+    pub assumptions: Vec<String>,
+}
+
+/// Time from the incident to the returned impulse, s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ReturnTime {
+    /// Geometric mean of the hits.
+    pub measured: f64,
+    pub predicted: f64,
+    /// 90 % interval of the prediction for one hit.
+    pub low: f64,
+    pub high: f64,
+    /// Hits within it.
+    pub within: u64,
+}
+
+/// One compared feature, 1 or s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HitFeature {
+    /// Geometric mean of the hits.
+    pub measured: f64,
+    pub expected: f64,
+    /// Standard deviation of the logarithm over hits.
+    pub scatter: f64,
+    /// Expected minus measured, in standard deviations of the mean.
+    pub deviation: f64,
+}
+
+/// What was measured of one record.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HitOutcome {
+    pub label: String,
+    pub measured: String,
+    /// s.
+    pub return_time: f64,
+    pub peak_ratio: f64,
+    /// Of the incident and the returned impulse, s.
+    pub widths: [f64; 2],
+    /// Largest value of the incident impulse, in the unit of the file.
+    pub peak: f64,
+    /// Whether its return time lies in the predicted interval.
+    pub within: bool,
+}
+
+impl ImpactOutcome {
+    /// Of a fit; what was read and named is added by who knows it.
+    #[must_use]
+    pub fn of(experiment: &Experiment, fit: &ImpactFit, diagnosis: Vec<ImpactFinding>) -> Self {
+        let [mean, of_hit] = fit.return_time;
+        let reach = student(fit.freedom, 0.95) * of_hit;
+        let (low, high) = ((mean - reach).exp(), (mean + reach).exp());
+        let within = |time: f64| (low..=high).contains(&time);
+        let paths: Vec<_> = experiment.hits.iter().map(|hit| hit.record.path.as_path()).collect();
+        let hits: Vec<HitOutcome> = experiment
+            .hits
+            .iter()
+            .zip(labels(&paths))
+            .map(|(hit, label)| {
+                let returned = hit.impulses.returned;
+                HitOutcome {
+                    label,
+                    measured: hit.record.path.display().to_string(),
+                    return_time: returned.delay,
+                    peak_ratio: returned.ratio,
+                    widths: returned.widths,
+                    peak: hit.impulses.peak,
+                    within: within(returned.delay),
+                }
+            })
+            .collect();
+        let quoted = fit.verdict.explains();
+        let parameters = fit.marginals.iter().map(|marginal| {
+            let fitted = FittedParameter {
+                value: marginal.value,
+                low: quoted.then_some(marginal.low),
+                high: quoted.then_some(marginal.high),
+                median: marginal.median,
+                unit: marginal.parameter.unit.clone(),
+                at_bound: marginal.at_bound,
+                unidentified: marginal.unidentified,
+                bounds: [marginal.parameter.low, marginal.parameter.high],
+            };
+            (marginal.parameter.name.clone(), fitted)
+        });
+        let features = experiment.features();
+        let measured = |feature: usize| features.iter().map(|hit| hit[feature]).sum::<f64>() / features.len() as f64;
+        let compared = |(feature, name): (usize, &&str)| {
+            let compared = HitFeature {
+                measured: measured(feature).exp(),
+                expected: fit.expected[feature].exp(),
+                scatter: fit.scatter[feature],
+                deviation: fit.deviations[feature],
+            };
+            ((*name).to_owned(), compared)
+        };
+        let mut warnings: Vec<String> = Vec::new();
+        for hit in &experiment.hits {
+            warnings.extend(hit.record.warnings.iter().map(|text| format!("{}: {text}", hit.record.path.display())));
+        }
+        Self {
+            program: crate::problem::program(),
+            scene: experiment.scene.name.clone(),
+            overrides: Vec::new(),
+            model: "chain".into(),
+            quantity: "force".into(),
+            verdict: fit.verdict,
+            p_value: fit.p_value,
+            parameters: parameters.collect(),
+            correlation: fit.correlation,
+            return_time: ReturnTime {
+                measured: measured(0).exp(),
+                predicted: mean.exp(),
+                low,
+                high,
+                within: hits.iter().filter(|hit| hit.within).count() as u64,
+            },
+            fitted_features: NAMES.iter().enumerate().map(compared).collect(),
+            hits,
+            diagnosis,
+            evaluations: fit.runs.len() as u64,
+            failed_runs: fit.runs.iter().filter(|run| run.features.is_err()).count() as u64,
+            failures: failures_of(fit.runs.iter().filter_map(|run| run.features.as_ref().err())),
+            seed: experiment.seed,
+            inputs: BTreeMap::new(),
+            warnings,
+            assumptions: Vec::new(),
+        }
+    }
+}

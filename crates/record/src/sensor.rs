@@ -1,0 +1,171 @@
+//! Record of a force sensor whose gain is not known: volts, newtons or plain numbers, as they stand in the file.
+//!
+//! No drive, no line and no period is looked for: the record is of impulses.
+
+use std::path::{Path, PathBuf};
+
+use granchain_signal::{Dimension, Series, sha256};
+
+use super::{
+    MeasurementError, Place, ReadOptions, RecordKind,
+    column::{Column, is_counter},
+    encoding,
+    notes::Notes,
+    read::{read_file, read_head},
+    sampling, table,
+};
+
+/// Trace of a force sensor, in the unit of its file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorRecord {
+    pub path: PathBuf,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+    pub series: Series,
+    /// Header of the column that was read.
+    pub column: String,
+    pub assumptions: Vec<String>,
+    pub warnings: Vec<String>,
+    /// The options it was read with.
+    pub options: ReadOptions,
+}
+
+/// Words that name the column of a force sensor.
+const NAMES: [&str; 6] = ["sensor", "force", "piezo", "load", "cell", "gauge"];
+
+fn dimension(column: &Column) -> Option<Dimension> {
+    column.unit.as_ref()?.as_ref().ok().map(|unit| unit.dimension)
+}
+
+fn is_named(column: &Column) -> bool {
+    let header = column.header.to_lowercase();
+    header.split(|letter: char| !letter.is_alphanumeric()).any(|word| NAMES.iter().any(|name| word.starts_with(name)))
+}
+
+/// Headers of the columns of a force: those in newtons, or of such a name in volts or without a unit, or else all that are in volts.
+fn candidates(columns: &[Column]) -> Vec<&str> {
+    let of = |accept: &dyn Fn(&Column) -> bool| -> Vec<&str> {
+        columns
+            .iter()
+            .filter(|column| !is_counter(&column.name) && accept(column))
+            .map(|it| it.header.as_str())
+            .collect()
+    };
+    let plain = |column: &Column| matches!(dimension(column), None | Some(Dimension::VOLTAGE));
+    let ways: [&dyn Fn(&Column) -> bool; 3] = [
+        &|column| dimension(column) == Some(Dimension::FORCE),
+        &|column| is_named(column) && plain(column),
+        &|column| dimension(column) == Some(Dimension::VOLTAGE),
+    ];
+    ways.iter().map(|accept| of(accept)).find(|found| !found.is_empty()).unwrap_or_default()
+}
+
+fn columns_of(path: &Path, head: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
+    let end = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r')).map_or(head.len(), |end| end + 1);
+    table::columns(path, &head[..end], options)
+}
+
+/// Header of the column of a force sensor that a table names, by a force's unit or by a sensor's name; `None` if it names none, or motion or
+/// pressure besides.
+#[must_use]
+pub fn sensor_column(path: &Path, options: &ReadOptions) -> Option<String> {
+    let (head, _) = read_head(path).ok()?;
+    let columns = columns_of(path, &head, options).ok()?;
+    let other = [Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE];
+    if columns.iter().any(|column| dimension(column).is_some_and(|it| other.contains(&it))) {
+        return None;
+    }
+    let sensor = |column: &&Column| is_named(column) || dimension(column) == Some(Dimension::FORCE);
+    let [only] = columns.iter().filter(sensor).collect::<Vec<_>>()[..] else { return None };
+    Some(only.header.clone())
+}
+
+/// Read the trace of a force sensor as it stands in the file: its gain, and so its unit, is of no account.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
+    read_sensor_bytes(path, &read_file(path, encoding::refuse_early)?, options)
+}
+
+/// The same of bytes in memory; `path` names them in messages.
+///
+/// # Errors
+/// [`MeasurementError`] with file, line and column.
+pub fn read_sensor_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
+    let column = match &options.column {
+        Some(column) => column.clone(),
+        None => {
+            let columns = columns_of(path, bytes, options)?;
+            let found = candidates(&columns);
+            let [only] = found[..] else {
+                return Err(MeasurementError::NoForce {
+                    place: Place::line(path, 1),
+                    found: found.iter().map(|header| (*header).into()).collect(),
+                    columns: columns.iter().map(|column| column.header.clone()).collect(),
+                });
+            };
+            only.to_owned()
+        }
+    };
+    // The table wants a unit of a kind it knows. One of a factor of 1 leaves the numbers as they are.
+    let as_written = ReadOptions { column: Some(column), unit: Some("Pa".into()), scale: None, ..options.clone() };
+    let (mut table, _) = table::read(path, bytes, RecordKind::Hydrophone, &as_written)?;
+    let column = table.columns[table.chosen.value].header.clone();
+    let sampled = sampling::even_series(path, &mut table, options.resample)?;
+    let mut notes = Notes::default();
+    notes.about_table(&table, &as_written);
+    notes.about_sampling(&sampled);
+    notes.about_clipping(&sampled.series);
+    notes.assume(format!("`{column}` is the sensor's force times an unknown gain"));
+    let (path, sha256) = (path.into(), sha256(bytes));
+    Ok(SensorRecord {
+        path,
+        sha256,
+        series: sampled.series,
+        column,
+        assumptions: notes.assumptions,
+        warnings: notes.warnings,
+        options: options.clone(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("hit.csv");
+        std::fs::write(&path, text).unwrap();
+        read_sensor(&path, options)
+    }
+
+    fn rows(header: &str, row: impl Fn(usize) -> String) -> String {
+        std::iter::once(header.to_owned())
+            .chain((0..12).map(|i| format!("{},{}", i as f64 * 1e-5, row(i))))
+            .collect::<Vec<_>>()
+            .join("\n")
+            + "\n"
+    }
+
+    #[test]
+    fn the_trace_of_a_sensor_stands_as_it_is_written_whatever_its_unit() {
+        for header in ["time_s,sensor_V", "time_s,force_N", "Time (s),CH1 (mV)", "t / s,piezo"] {
+            let record = read(&rows(header, |i| format!("{}", i * i)), &ReadOptions::default()).unwrap();
+            assert_eq!((record.series.values[3], record.series.len()), (9.0, 12), "{header}");
+            assert!((record.series.step - 1e-5).abs() < 1e-12 && record.warnings.is_empty(), "{:?}", record.warnings);
+        }
+    }
+
+    #[test]
+    fn two_columns_in_volts_are_asked_about_and_a_velocity_is_no_force() {
+        let two = rows("time_s,CH1_V,CH2_V", |i| format!("{i},{}", 2 * i));
+        let error = read(&two, &ReadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("`CH1_V`, `CH2_V`") && error.contains("--channel"), "{error}");
+        let options = ReadOptions { column: Some("CH2_V".into()), ..ReadOptions::default() };
+        assert_eq!(read(&two, &options).unwrap().series.values[3], 6.0);
+        let error = read(&rows("time_s,velocity_m_per_s", |i| format!("{i}")), &ReadOptions::default()).unwrap_err();
+        assert!(error.to_string().contains("expected the force of a sensor"), "{error}");
+    }
+}

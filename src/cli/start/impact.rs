@@ -1,0 +1,99 @@
+//! The same of hits of a striker: records of a force sensor, with impulses and no drive.
+
+use std::{
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+use serde_json::json;
+
+use super::{Arguments, open_settings, refuse_existing, toml_text, write_new};
+use crate::{
+    calibration::impact::Hit,
+    cli::Outcome,
+    measurement::{read_sensor, sensor_column, shell_word},
+    report::number::{engineering, significant},
+    scene::{self, ModelKind},
+};
+
+/// The usual bench of such records.
+const SCENE: &str = "impact";
+
+/// What may differ on it.
+const TABLES: [&str; 4] = ["chain.", "drive.", "support.", "damping."];
+
+/// Recognise hits by the column of a force sensor and two impulses, and begin their fit definition; `None` of other files.
+///
+/// # Errors
+/// A scene that cannot be read, a file that is in the way.
+pub fn begin(arguments: &Arguments) -> anyhow::Result<Option<Outcome>> {
+    let options = arguments.reading.options(None);
+    let hit = |path: &PathBuf| {
+        sensor_column(path, &options)?;
+        Hit::of(read_sensor(path, &options).ok()?).ok()
+    };
+    if options.scale.is_some() || arguments.horn.is_some() {
+        return Ok(None);
+    }
+    let Some(hits) = arguments.files.iter().map(hit).collect::<Option<Vec<Hit>>>().filter(|hits| !hits.is_empty())
+    else {
+        return Ok(None);
+    };
+    refuse_existing(&arguments.out)?;
+    let name = arguments.scene.as_deref().unwrap_or(SCENE);
+    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Chain)?;
+    let out = arguments.out.display().to_string();
+    let plan = shell_word(&out);
+    let mut text = format!(
+        "# A fit definition, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are choices left open, with what is taken now.\n\
+         #\n#   granchain calibrate --plan {plan}\n#   granchain calibrate --plan {plan} --measured hits/*.csv   # all hits of one column together\n#\n"
+    );
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key."
+    );
+    let _ = writeln!(
+        text,
+        "scene = {}\nset = [\n{}]\n",
+        toml_text(name),
+        open_settings(&arguments.set, &loaded.scene, &TABLES)
+    );
+    let _ = writeln!(
+        text,
+        "# What is fitted; alpha (a factor on the velocity) and damping can be too.\nfit = ['support_modulus', 'support_loss']\n"
+    );
+    text += "# [uncertainty] # standard deviations, of the logarithm\n# drive = 0.05 # the striker's velocity\n# modulus = 0.004 # the beads' stiffness over their mass\n";
+    let beside = arguments.out.parent().is_none_or(|folder| folder.as_os_str().is_empty());
+    let place = |path: &Path| {
+        if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) }
+    };
+    for hit in &hits {
+        let _ =
+            writeln!(text, "\n[[record]]\nmeasured = {}", toml_text(&place(&hit.record.path).display().to_string()));
+    }
+    write_new(&arguments.out, text.as_bytes())?;
+    let mut said = String::new();
+    for hit in &hits {
+        let returned = hit.impulses.returned;
+        let _ = writeln!(
+            said,
+            "{}: impulses of a force sensor (`{}`), no drive; the first returns after {} with {} of its height",
+            hit.record.path.display(),
+            hit.record.column,
+            engineering(returned.delay, "s", 4),
+            significant(returned.ratio, 2)
+        );
+    }
+    let _ = writeln!(said, "scene    {name}: {}", loaded.scene.description);
+    let _ = writeln!(
+        said,
+        "written  {}; state your bench there, then run: granchain calibrate --plan {plan}",
+        arguments.out.display()
+    );
+    let measured: Vec<_> = hits.iter().map(|hit| &hit.record.path).collect();
+    let times: Vec<f64> = hits.iter().map(|hit| hit.impulses.returned.delay).collect();
+    let value = json!({ "plan": arguments.out, "measured": measured, "scene": name, "return_time_s": times });
+    arguments.session.result(said, &value)?;
+    Ok(Some(Outcome::Done))
+}
