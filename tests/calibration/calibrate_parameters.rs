@@ -217,6 +217,7 @@ fn forward(scene: &Scene, names: &[&str], recording: &Recording, uncertainty: Un
 
 const EXACT: Uncertainty = Uncertainty {
     modulus: 0.0,
+    mass: 0.0,
     droop: 0.0,
     repeats: 1,
     gap: 0.0,

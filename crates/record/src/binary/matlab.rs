@@ -68,7 +68,7 @@ fn elements(
                 let inner = Bytes { all: &whole, ..file };
                 elements(inner, 0, prefix, found, left, depth)?;
             }
-            MATRIX => matrix(Bytes { all: body, ..file }, prefix, found, left, depth)?,
+            MATRIX => matrix(Bytes { all: body, ..file }, prefix, found, depth)?,
             _ => {}
         }
         at = next;
@@ -77,7 +77,7 @@ fn elements(
 }
 
 /// A matrix, and those in the fields of a structure.
-fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, left: &mut usize, depth: usize) -> Option<()> {
+fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -> Option<()> {
     if file.all.is_empty() {
         return Some(());
     }
@@ -101,7 +101,7 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, left: &mut usiz
             let inner = Bytes { all: file.slice(data, length)?, ..file };
             if kind == MATRIX && found.len() < MOST_MATRICES {
                 let field = format!("{name}.{}", file.text(names + field * width, width)?);
-                matrix(inner, &field, found, left, depth + 1)?;
+                matrix(inner, &field, found, depth + 1)?;
             }
             at = next;
         }
