@@ -77,9 +77,10 @@ impl Calibrated {
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = if folder.is_dir() { folder.join("calibration.json") } else { folder.to_path_buf() };
         let text = read_back_text(&path, SMALL).with_context(|| {
-            let (folder, what) =
-                (folder.display(), if folder.is_dir() { "no calibration in it" } else { "no such folder" });
-            format!("{folder}: {what}; make one with `granchain calibrate --out {folder}`")
+            if folder.exists() {
+                return format!("{}: expected the outcome of a calibration", path.display());
+            }
+            format!("{0}: no such folder; make one with `granchain calibrate --out {0}`", folder.display())
         })?;
         if output::is_altered(&path)? {
             bail!(

@@ -94,7 +94,7 @@ fn what_is_missing_of_either_channel_is_said_with_the_whole_command() {
         err
     };
     let err = run(&["calibrate", "--measured", "scope.csv"]);
-    let whole = "so type, with values of this bench: granchain calibrate --measured scope.csv --channel 'CH2 (V)' --scale '<VALUE> mm/s/V'";
+    let whole = "by values of your bench): granchain calibrate --measured scope.csv --channel 'CH2 (V)' --scale '<VALUE> mm/s/V'";
     assert!(err.contains(whole), "{err}");
     let err = run(&[
         "calibrate",

@@ -242,7 +242,7 @@ fn a_plan_says_it_all_and_flags_win() {
     for (text, message) in [
         (plan("evaluations = 20"), "expected 200 to 100000, found 20"),
         (plan("evaluation = 300"), "fit.toml:5"),
-        (plan("").replace("1.5", "0.1"), "0 < low < high"),
+        (plan("").replace("1.5", "0.1"), "must be positive and smaller than"),
         (plan("").replace("N s/km", "Hz"), "damping"),
         (plan("").replace("band_2/3", "band_7"), "band_7"),
         (plan("").replace("[parameters.alpha]", "[parameters.beta]"), "beta"),

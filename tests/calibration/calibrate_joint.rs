@@ -41,7 +41,7 @@ fn two_levels_share_one_answer_and_say_what_each_narrows() {
         |more: &[&str]| bench.granchain(&[&["calibrate", "--plan", "joint.toml"], more].concat()).output().unwrap();
     let output = flags(&["--out", "joint", "--threads", "1"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stderr(&output).contains("model `chain`: several records"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("model `chain`: only the chain can fit several records"), "{}", stderr(&output));
     let outcome = bench.outcome("joint");
     assert_eq!(outcome["verdict"], "within scatter", "{}", outcome["statements"]);
     for (name, truth) in [("alpha", ALPHA), ("damping", DAMPING)] {

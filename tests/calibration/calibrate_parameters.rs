@@ -140,8 +140,8 @@ fn parameters_that_cannot_be_are_refused_with_the_remedy() {
     let bench = Bench::new();
     for (flags, phrases) in [
         (&["--fit", "alpha,colour"][..], &["colour", "support_stiffness", "bandwidth"][..]),
-        (&["--fit", "gap,precompression"], &["every gap closed", "one of the two"]),
-        (&["--fit", "gap", "--set", "chain.precompression=0.1N"], &["every gap closed"]),
+        (&["--fit", "gap,precompression"], &["a static force closes all gaps", "remove one of them"]),
+        (&["--fit", "gap", "--set", "chain.precompression=0.1N"], &["a static force closes all gaps"]),
         (&["--fit", "support_stiffness", "--set", "support.kind=rigid"], &["annulus or the stiffness of a spring"]),
         (&["--fit", "damping_linear"], &["linear+kuwabara-kono", "fit `damping`"]),
         (&["--uncertainty", "colour=1"], &["colour", "precompression"]),

@@ -178,6 +178,6 @@ fn a_record_triggered_late_is_reported_wherever_it_begins() {
     assert!(
         fs::read_to_string(folder.path().join("out/report.html"))
             .unwrap()
-            .contains("aligned by the fall of the answer")
+            .contains("aligned with the model by its fall at the end")
     );
 }

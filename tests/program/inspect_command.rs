@@ -174,5 +174,5 @@ fn a_bench_file_says_once_how_each_channel_is_read() {
     assert!(code == 2 && err.contains("--kind"), "{err}");
     fs::write(&bench, "[vibrometer]\nscael = \"125 mm/s/V\"\n").unwrap();
     let (code, _, err) = inspect(&["tests/dialects/volts.csv", "--kind", "vibrometer", "--bench", file]);
-    assert!(code == 1 && err.contains("bench.toml:2: unknown field `scael`"), "{err}");
+    assert!(code == 1 && err.contains("bench.toml:2: unknown key `scael`; did you mean `scale`?"), "{err}");
 }

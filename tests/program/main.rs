@@ -13,6 +13,7 @@ mod harness;
 mod hostile_files;
 mod inspect_command;
 mod mesh_command;
+mod messages;
 mod output_safety;
 mod pages;
 mod parts;

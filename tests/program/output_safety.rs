@@ -373,7 +373,7 @@ fn a_printed_command_is_read_by_a_shell_as_it_was_typed() {
     };
     let commands = [
         after(run(&["scene", "init", &scene]), "run it with `"),
-        after(run(&["spectrum", &volts, "--drive-frequency", "73kHz"]), "with values of this bench: "),
+        after(run(&["spectrum", &volts, "--drive-frequency", "73kHz"]), "by values of your bench): "),
         after(run(&["start", &record, "--out", &plan]), "then fit and report:\n\n"),
     ];
     for command in commands {

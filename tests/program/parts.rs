@@ -97,7 +97,7 @@ fn parts_of_different_commands_inputs_or_numbers_are_not_merged() {
         let mut altered = whole.clone();
         altered[byte] ^= 1;
         fs::write(folder.join("2.part"), altered).unwrap();
-        refused(folder, &merge, &["2.part: expected a file that --part wrote"]);
+        refused(folder, &merge, &["2.part was not written by --part"]);
     }
     assert!(!folder.join("far").exists());
     fs::write(folder.join("2.part"), whole).unwrap();
@@ -169,7 +169,7 @@ fn a_forged_part_with_a_right_seal_neither_writes_elsewhere_nor_lasts() {
         refused(folder, &merge, &["1.part"]);
     }
     forge(&|file| file["points"] = serde_json::from_str("1e19").unwrap());
-    refused(folder, &merge, &["1.part: expected a file that --part wrote"]);
+    refused(folder, &merge, &["1.part was not written by --part"]);
     forge(&|file| {
         (file["points"], file["part"]["of"]) = (json!(u64::MAX), json!(u64::MAX));
         file["runs"].as_array_mut().unwrap().truncate(1);
@@ -240,7 +240,7 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
     usage(&["merge", "1.part"], &["--out DIR"]);
     usage(&["merge", "1.part", "--out", "far", "--seed", "3"], &["--seed would do nothing"]);
     usage(&["merge", "--out", "far"], &["FILE"]);
-    refused(folder, &["merge", "none.part", "--out", "far"], &["none.part: expected a file that --part wrote"]);
+    refused(folder, &["merge", "none.part", "--out", "far"], &["none.part was not written by --part"]);
     assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
 }
 

@@ -122,7 +122,7 @@ fn without_files_and_without_a_terminal_it_says_what_to_type() {
 
 /// The command that a refusal proposes, as a shell parts it.
 fn proposed(err: &str) -> Vec<String> {
-    let line = err.lines().find_map(|line| line.split_once("so type, with values of this bench: granchain "));
+    let line = err.lines().find_map(|line| line.split_once("by values of your bench): granchain "));
     shell_words::split(line.unwrap_or_else(|| panic!("{err}")).1).unwrap()
 }
 

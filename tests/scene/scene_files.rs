@@ -270,7 +270,7 @@ fn unknown_and_misspelt_keys_are_refused_with_line_column_and_the_nearest_key() 
         ("damping = \"linear\"", "bench/own.toml:1:1: unknown key `damping`; did you mean `damping.kind`?"),
         (
             "[model]\ncolour = 1",
-            "bench/own.toml:2:1: unknown key `model.colour`; `granchain scene show annulus` lists the keys",
+            "bench/own.toml:2:1: unknown key `model.colour`; `granchain scene keys` lists all keys",
         ),
         (
             "[materials.tin]\nyoung_modulus = 1",

@@ -106,7 +106,7 @@ fn a_quantity_of_another_dimension_is_refused_with_an_example_of_the_right_one()
     );
     assert_eq!(
         refuse("1 V s", Dimension::NONE),
-        "expected a pure number such as `0.5`, found `1 V s`, which is in s·V"
+        "expected a number without unit such as `0.7`, found `1 V s`, which is in s·V"
     );
 }
 

@@ -144,10 +144,13 @@ fn waveform(waveform: &WaveformFit) -> String {
     let WaveformFit { cycles, reduced, p, .. } = waveform;
     let p = if *p < 1e-3 { "below 0.001".into() } else { format!("= {p:.2}") };
     if !waveform.decides() {
+        let part = match periods(*cycles) {
+            none if *cycles < 0.5 => format!("Not even the first {none} after the onset can be predicted; there"),
+            part => format!("Only the first {part} after the onset can be predicted; after that"),
+        };
         return format!(
-            "Only the first {} after the onset can be predicted; after that, runs with slightly different gaps and noise diverge. Therefore the \
-             amplitudes were fitted, not the waveform (p of the waveform in this part: {p}).",
-            periods(*cycles)
+            "{part}, runs with slightly different gaps and noise diverge. Therefore the \
+             amplitudes were fitted, not the waveform (p of the waveform in this part {p})."
         );
     }
     let how_far = if waveform.whole {
@@ -163,7 +166,7 @@ fn waveform(waveform: &WaveformFit) -> String {
         ),
     };
     format!(
-        "The waveform was fitted, sample by sample {how_far}. The mean square residual is {reduced:.2} of the value expected from noise and unknown \
+        "The waveform was fitted, sample by sample, {how_far}. The mean square residual is {reduced:.2} of the value expected from noise and unknown \
          gaps; p {p}. {verdict}"
     )
 }

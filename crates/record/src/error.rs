@@ -245,7 +245,7 @@ pub enum MeasurementError {
         found: f64,
     },
     #[error(
-        "{place}: the samples are not evenly spaced: a step of {} at this line, {} on average ({:.0} % allowed); restore the rows that were \
+        "{place}: the samples are not evenly spaced: a step of {} at this line, {} elsewhere ({:.0} % allowed); restore the rows that were \
          lost, or pass --read resample=true", span(*found), span(*expected), 100.0 * tolerance
     )]
     Uneven {

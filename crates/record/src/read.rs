@@ -19,7 +19,7 @@ use super::{
     notes::{Notes, hertz, to_three_figures, written},
     place::SampleLines,
     quantisation::quantisation_step,
-    sampling, table, universal,
+    record, sampling, table, universal,
 };
 
 /// Read a record of a known kind.
@@ -248,7 +248,10 @@ pub fn read_record_bytes(
         ));
     }
 
-    let frequency = || likely.ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() });
+    let frequency = || {
+        record::check_motion(path, &raw, recorded)?;
+        likely.ok_or_else(|| MeasurementError::NoDriveFrequency { path: path.into() })
+    };
     let (quiet_mean, quiet_rms) = mean_and_rms(&raw.values[..pretrigger]);
     // Of independent samples with the noise of the quiet ones; the weights of a Hann window count for two thirds of their number.
     let standard_error = |samples: f64| (pretrigger >= FEWEST_QUIET).then(|| quiet_rms / samples.sqrt());

@@ -1,6 +1,6 @@
 //! A record as it enters a comparison or drives the piston.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use granchain_signal::{Dimension, InstrumentResponse, Quantity, Series};
 
@@ -28,6 +28,18 @@ impl RecordedQuantity {
             Self::Pressure => "Pa",
         }
     }
+}
+
+/// Refuses a horn that does not move at all.
+pub(super) fn check_motion(path: &Path, raw: &Series, recorded: RecordedQuantity) -> Result<(), MeasurementError> {
+    let dimension = match recorded {
+        RecordedQuantity::Displacement => Dimension::LENGTH,
+        RecordedQuantity::Velocity => Dimension::VELOCITY,
+        RecordedQuantity::Pressure => Dimension::PRESSURE,
+    };
+    let still = raw.values.first().filter(|first| raw.values.iter().all(|value| value == *first));
+    let value = still.map(|value| to_three_figures(*value, dimension));
+    value.map_or(Ok(()), |value| Err(MeasurementError::ConstantDrive { path: path.into(), value }))
 }
 
 /// One record in SI, with everything understood and assumed. Motion is positive from piston to support, pressure above
@@ -208,7 +220,7 @@ impl Record {
     /// # Errors
     /// [`MeasurementError::DriveTooShort`].
     pub(crate) fn check_cycles(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
-        self.check_motion()?;
+        check_motion(&self.path, &self.raw, self.recorded)?;
         let active = line::active_span(&self.series);
         // Two whole cycles of a sine spend 0.032 of a cycle below a tenth of the peak at their ends.
         let cycles = active.len() as f64 * self.series.step * drive_frequency + 0.04;
@@ -220,24 +232,6 @@ impl Record {
             });
         }
         Ok(())
-    }
-
-    /// Refuses a horn that does not move at all.
-    fn check_motion(&self) -> Result<(), MeasurementError> {
-        let dimension = match self.recorded {
-            RecordedQuantity::Displacement => Dimension::LENGTH,
-            RecordedQuantity::Velocity => Dimension::VELOCITY,
-            RecordedQuantity::Pressure => Dimension::PRESSURE,
-        };
-        match self.raw.values[..] {
-            [first, ref others @ ..] if others.iter().all(|other| *other == first) => {
-                Err(MeasurementError::ConstantDrive {
-                    path: self.path.clone(),
-                    value: to_three_figures(first, dimension),
-                })
-            }
-            _ => Ok(()),
-        }
     }
 
     /// Cutoff of [`Record::to_drive`], Hz: the least of 0.4 of the sample rate, the vibrometer's bandwidth and 10 f0.
@@ -264,7 +258,7 @@ impl Record {
         if self.kind != RecordKind::HornTip {
             return Err(MeasurementError::NotADrive { path: self.path.clone(), kind: self.kind });
         }
-        self.check_motion()?;
+        check_motion(&self.path, &self.raw, self.recorded)?;
         let frequency =
             self.drive_frequency().ok_or_else(|| MeasurementError::NoDriveFrequency { path: self.path.clone() })?;
         self.check_sampling(frequency)?;

@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unknown_keys_and_words_are_told_with_what_is_meant() {
+    fn messages_name_key_and_likely_word() {
         for (said, plain) in [
             (
                 "unknown field `evaluation`, expected one of `fit`, `evaluations`",

@@ -362,7 +362,11 @@ fn the_model_s_clock_is_the_record_s_unless_motion_begins_before_zero() {
     assert!((late.begins_at * F0 - 2.0).abs() < 1e-3);
     let early = drive(6.3);
     assert!((early.origin * F0 + 7.3).abs() < 1e-3 && (early.begins_at * F0 - 1.0).abs() < 1e-6);
-    assert!(early.statement().contains("model time is the record's + 100.0"), "{}", early.statement());
+    assert!(
+        early.statement().contains("the time of the simulation is that of the record + 100.0"),
+        "{}",
+        early.statement()
+    );
 }
 
 #[test]
