@@ -77,7 +77,7 @@ fn unreadable_quantities_name_what_was_found_and_the_nearest_unit() {
     assert_eq!(message("1e999 m"), "`1e999 m` is too large to be represented");
     assert_eq!(message("73 khz"), "unknown unit `khz` in `73 khz`; did you mean `kHz`?");
     assert_eq!(message("4 mmm"), "unknown unit `mmm` in `4 mmm`; did you mean `mm`?");
-    assert_eq!(message("4 parsec"), "unknown unit `parsec` in `4 parsec`");
+    assert_eq!(message("4 parsec"), "unknown unit `parsec` in `4 parsec`; examples: mm/s, um, nm, V, kPa");
     assert_eq!(
         message("4 m^1.3"),
         "`^1.3` in `4 m^1.3` is no exponent; expected a multiple of 1/4 such as `^2`, `^-3/2` or `^1.25`"

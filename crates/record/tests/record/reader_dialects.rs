@@ -303,7 +303,7 @@ fn uneven_samples_are_interpolated_on_demand_only() {
     let lost: String =
         text.lines().enumerate().filter(|(i, _)| !(50..60).contains(i)).map(|(_, line)| format!("{line}\n")).collect();
     let message = refused("vib.csv", &lost, &options);
-    assert!(message.contains("expected steps of at most 6 times the usual 5.000000e-7 s"), "{message}");
+    assert!(message.contains("expected steps of at most 6 times the usual 0.5 µs"), "{message}");
 }
 
 #[test]

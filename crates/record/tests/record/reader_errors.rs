@@ -195,7 +195,7 @@ fn truncated_last_line() {
 fn unknown_missing_and_wrong_units() {
     assert_eq!(
         refused(&file("time_ms,velocity [furlong/s]", &rows(20))),
-        "vib.csv:2: column `velocity [furlong/s]`: unknown unit `furlong` in `furlong/s`; correct the header, or pass --unit"
+        "vib.csv:2: column `velocity [furlong/s]`: unknown unit `furlong` in `furlong/s`; examples: mm/s, um, nm, V, kPa; correct the header, or pass --unit"
     );
     assert_eq!(
         refused(&file("time_ms,velocity", &rows(20))),
@@ -338,7 +338,7 @@ fn record_sampled_below_four_times_the_drive() {
     let message = Bench::new().refused_as(file(HEADER, &rows(100)).as_bytes(), RecordKind::Vibrometer, &options);
     assert_eq!(
         message,
-        "vib.csv: a drive of 300 kHz needs a sample rate of at least 1.2 MHz (4 samples per cycle); the record has 1 MHz; check --drive-frequency and the \
+        "vib.csv: a drive of 0.3 MHz needs a sample rate of at least 1.2 MHz (4 samples per cycle); the record has 1 MHz; check --drive-frequency and the \
          unit of time, or record it faster"
     );
 }
