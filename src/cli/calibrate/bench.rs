@@ -79,8 +79,7 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
         Some(_) => BenchRow {
             part: "drive".into(),
             value: format!("{drive}, multiplied by α = {}", significant(scene.amplitude_scale, 3)),
-            origin: if fitted.contains(&"alpha") { "horn record; α fitted" } else { "horn record" }
-                .into(),
+            origin: if fitted.contains(&"alpha") { "horn record; α fitted" } else { "horn record" }.into(),
         },
         None => row("drive", drive, &["drive", "alpha"], &["alpha"]),
     });
