@@ -95,7 +95,7 @@ fn the_waveform_is_not_misled_by_what_leads_to_it() {
 
 /// The mean of 16 shots is compared with means of 16 runs: a single run is as far from it as from no record.
 #[test]
-fn a_mean_of_recorded_is_compared_with_means() {
+fn a_mean_of_shots_is_compared_with_means() {
     let records = made(&plan(&["averages"], 2, 300));
     for record in &records {
         let fit = record.fit.as_ref().unwrap();

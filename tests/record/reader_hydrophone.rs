@@ -84,9 +84,9 @@ fn what_is_no_hydrophone_s_record_is_refused_with_what_to_do() {
     let said = read(&volts, hydrophone, &ReadOptions::default()).unwrap_err();
     assert!(said.contains("hydrophone's sensitivity") && said.contains("--scale '<VALUE> mV/MPa'"), "{said}");
     let said = read(&volts, hydrophone, &scaled("100 mm/s/V")).unwrap_err();
-    assert!(said.contains("a hydrophone record is a pressure") && said.contains("a velocity"), "{said}");
+    assert!(said.contains("a hydrophone record must be a pressure") && said.contains("a velocity"), "{said}");
     let said = read(&volts, Some(RecordKind::Vibrometer), &scaled("250 nV/Pa")).unwrap_err();
-    assert!(said.contains("a vibrometer record is a velocity") && said.contains("--quantity pressure"), "{said}");
+    assert!(said.contains("record must be a velocity") && said.contains("--quantity pressure"), "{said}");
 }
 
 #[test]

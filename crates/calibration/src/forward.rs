@@ -32,16 +32,14 @@ pub struct Uncertainty {
     /// Scale of each contact's initial gap, m: half-normal, since beads cannot overlap at rest. The mean gap is 0.8 of
     /// the scale; the mean sum over the seven contacts of six beads is 5.6 times the scale.
     pub gap: f64,
-    /// Standard deviation of the logarithm of that scale, drawn once a run, because the roughness of a bench is
-    /// unknown.
+    /// Standard deviation of the logarithm of that scale, drawn once a run: the roughness is unknown.
     #[serde(default)]
     pub gap_scale: f64,
     /// Additional standard deviation of the first gap, m: the uncertainty of the horn's baseline.
     pub baseline: f64,
     /// Half-width of a uniform factor on the drive, 1.
     pub drive: f64,
-    /// Standard deviation of the logarithm of the record's scale factor, 1: the instrument's sensitivity. It enters
-    /// the likelihood instead of being drawn, since it changes all amplitudes alike.
+    /// Standard deviation of the logarithm of the record's scale factor, 1: the sensitivity. Part of the covariance, not drawn.
     #[serde(default)]
     pub sensitivity: f64,
     /// Standard deviation of the precompression about the scene's value, N; negative values are reflected.
@@ -50,12 +48,10 @@ pub struct Uncertainty {
     /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
     #[serde(default)]
     pub support_stiffness: f64,
-    /// Standard deviation of the logarithm of the beads' stiffness over their mass, 1, from the tolerance of modulus
-    /// and density.
+    /// Standard deviation of the logarithm of the beads' stiffness over their mass, 1.
     #[serde(default)]
     pub modulus: f64,
-    /// Standard deviation of the logarithm of the beads' mass, 1. Bodies of another mass move alike if every force is larger by the same factor, so a
-    /// record determines forces over mass only: where the waveform gives the values, this is added to every parameter that is a force.
+    /// Standard deviation of the logarithm of the beads' mass, 1. A record determines forces over mass only: a waveform adds it to every force.
     #[serde(default)]
     pub mass: f64,
     /// Largest loss of drive amplitude in the vibrometer's filter, whose shape is unknown. Drawn uniformly from zero
