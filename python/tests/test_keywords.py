@@ -11,11 +11,11 @@ from conftest import Program
 from granchain._keywords import flags, text
 
 # Of the program alone, and those that are called otherwise here.
-OF_THE_PROGRAM = {"out", "resume", "dry-run", "strict", "help", "read", "drive-read"}
+OF_THE_PROGRAM = {"force", "out", "resume", "dry-run", "strict", "help", "read", "drive-read"}
 OTHERWISE = {"set": "settings"}
 
 
-def told(program: Program, command: str) -> set[str]:
+def listed(program: Program, command: str) -> set[str]:
     return set(re.findall(r"^ {2,6}(?:-\w, )?--([a-z-]+)", program(command, "--help").stdout, re.MULTILINE))
 
 
@@ -26,7 +26,7 @@ def keys(program: Program, flag: str) -> set[str]:
 
 def test_every_key_of_reading_is_a_keyword(program: Program) -> None:
     options = granchain.ReadingOptions.__optional_keys__
-    own = {name.replace("-", "_") for name in told(program, "inspect") - {"kind", "read", "help", "force"}}
+    own = {name.replace("-", "_") for name in listed(program, "inspect") - {"kind", "read", "help"}}
     known = keys(program, "--read")
     assert own | known | {"force_frequency"} == options
     of_drive = {name for name in granchain.RecordsOptions.__optional_keys__ if name.startswith("drive_")}
@@ -35,7 +35,7 @@ def test_every_key_of_reading_is_a_keyword(program: Program) -> None:
 
 def test_every_flag_of_calibrate_is_a_keyword(program: Program) -> None:
     known = set(inspect.signature(granchain.calibrate).parameters) | set(granchain.RecordsOptions.__optional_keys__)
-    named = {OTHERWISE.get(name, name.replace("-", "_")) for name in told(program, "calibrate") - OF_THE_PROGRAM}
+    named = {OTHERWISE.get(name, name.replace("-", "_")) for name in listed(program, "calibrate") - OF_THE_PROGRAM}
     assert named <= known, named - known
 
 
