@@ -193,7 +193,7 @@ fn text(what: &str, names: &[String], fit: &ImpactFit) -> String {
         let marginal = fit.marginals.iter().find(|marginal| marginal.parameter.name == *name)?;
         let unit = &marginal.parameter.unit;
         let shown = |value: f64| if unit == "1" { significant(value, 3) } else { engineering(value, unit, 3) };
-        Some(format!("{name} {} ({} to {})", shown(marginal.value), shown(marginal.low), shown(marginal.high)))
+        Some(format!("{name} {} ({} to {})", shown(marginal.median), shown(marginal.low), shown(marginal.high)))
     };
     let values: Vec<String> = names.iter().filter_map(of).collect();
     let values = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
