@@ -46,7 +46,7 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
-                  granchain calibrate --measured scope.csv --channel CH2 --scale '125 mm/s/V' \\\n          --drive-read channel=CH1 --drive-read 'scale=2 um/V'")]
+                  granchain calibrate --measured s.csv --channel CH2 --drive-read channel=CH1")]
 pub struct Arguments {
     /// Record (CSV, UFF) or published values (TOML); several records are fitted together. If they share one horn record they
     /// are treated as repeated shots of one experiment
