@@ -142,7 +142,7 @@ impl Column {
         self.unit = Some(parse_unit(text));
     }
 
-    fn dimension(&self) -> Option<Dimension> {
+    pub(super) fn dimension(&self) -> Option<Dimension> {
         self.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| unit.dimension)
     }
 

@@ -33,10 +33,6 @@ pub struct SensorRecord {
 /// Words that name the column of a force sensor.
 const NAMES: [&str; 6] = ["sensor", "force", "piezo", "load", "cell", "gauge"];
 
-fn dimension(column: &Column) -> Option<Dimension> {
-    column.unit.as_ref()?.as_ref().ok().map(|unit| unit.dimension)
-}
-
 fn is_named(column: &Column) -> bool {
     let header = column.header.to_lowercase();
     header.split(|letter: char| !letter.is_alphanumeric()).any(|word| NAMES.iter().any(|name| word.starts_with(name)))
@@ -51,11 +47,11 @@ fn candidates(columns: &[Column]) -> Vec<&str> {
             .map(|it| it.header.as_str())
             .collect()
     };
-    let plain = |column: &Column| matches!(dimension(column), None | Some(Dimension::VOLTAGE));
+    let plain = |column: &Column| matches!(column.dimension(), None | Some(Dimension::VOLTAGE));
     let ways: [&dyn Fn(&Column) -> bool; 3] = [
-        &|column| dimension(column) == Some(Dimension::FORCE),
+        &|column| column.dimension() == Some(Dimension::FORCE),
         &|column| is_named(column) && plain(column),
-        &|column| dimension(column) == Some(Dimension::VOLTAGE),
+        &|column| column.dimension() == Some(Dimension::VOLTAGE),
     ];
     ways.iter().map(|accept| of(accept)).find(|found| !found.is_empty()).unwrap_or_default()
 }
@@ -72,10 +68,10 @@ pub fn sensor_column(path: &Path, options: &ReadOptions) -> Option<String> {
     let (head, _) = read_head(path).ok()?;
     let columns = columns_of(path, &head, options).ok()?;
     let other = [Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE];
-    if columns.iter().any(|column| dimension(column).is_some_and(|it| other.contains(&it))) {
+    if columns.iter().any(|column| column.dimension().is_some_and(|it| other.contains(&it))) {
         return None;
     }
-    let sensor = |column: &&Column| is_named(column) || dimension(column) == Some(Dimension::FORCE);
+    let sensor = |column: &&Column| is_named(column) || column.dimension() == Some(Dimension::FORCE);
     let [only] = columns.iter().filter(sensor).collect::<Vec<_>>()[..] else { return None };
     Some(only.header.clone())
 }

@@ -564,9 +564,7 @@ pub(super) fn guess_kind(
     let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
     let named_horn = ["horn", "tip", "drive"].iter().any(|word| name.contains(word));
     let named_hydrophone = name.contains("hydrophone") || name.contains("pressure");
-    let dimension =
-        |column: &Column| column.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| unit.dimension);
-    let has = |wanted| columns.iter().any(|column| dimension(column) == Some(wanted));
+    let has = |wanted| columns.iter().any(|column| column.dimension() == Some(wanted));
     // A sensitivity that the file states is for volts; a file of another unit may state it as a remark.
     let of_volts =
         stated.filter(|_| ![Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE].iter().any(|it| has(*it)));

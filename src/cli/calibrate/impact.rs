@@ -33,8 +33,7 @@ use crate::{
         summary,
         timing::{self, Timing},
     },
-    measurement::{ReadOptions, RecordKind, read_sensor, read_sensor_bytes, sha256},
-    model::vector_unit,
+    measurement::{ReadOptions, RecordKind, read_sensor, read_sensor_bytes},
     report::{
         impact::{ImpactReport, shown},
         page::Files,
@@ -203,14 +202,7 @@ pub fn made(job: &Job, timing: &mut Timing) -> anyhow::Result<(ImpactOutcome, Fi
     let mut files: Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
     files.extend(report.files()?);
     files.push(("runs.csv".into(), runs(&fit)));
-    let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
-    let manifest = Manifest {
-        program: job.program.clone(),
-        processor: vector_unit(),
-        arguments: job.arguments.clone(),
-        inputs: inputs(job),
-        files: digests.collect(),
-    };
+    let manifest = Manifest::new(&job.program, &job.arguments, inputs(job), &files);
     files.push((manifest::FILE.into(), summary::json(&manifest)?));
     timing.stage("report");
     Ok((outcome, files))

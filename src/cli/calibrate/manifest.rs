@@ -37,16 +37,21 @@ pub struct Manifest {
 }
 
 impl Manifest {
+    /// The manifest of what a program made of its arguments and inputs.
+    pub fn new(program: &str, arguments: &[String], inputs: BTreeMap<String, InputDigest>, files: &Files) -> Self {
+        let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
+        Self {
+            program: program.to_owned(),
+            processor: vector_unit(),
+            arguments: arguments.to_vec(),
+            inputs,
+            files: digests.collect(),
+        }
+    }
+
     /// The manifest of a job and what it made.
     pub fn of(job: &Job, files: &Files) -> anyhow::Result<Self> {
-        let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
-        Ok(Self {
-            program: job.program.clone(),
-            processor: vector_unit(),
-            arguments: job.arguments.clone(),
-            inputs: inputs(job)?,
-            files: digests.collect(),
-        })
+        Ok(Self::new(&job.program, &job.arguments, inputs(job)?, files))
     }
 }
 

@@ -101,9 +101,10 @@ fn table(
     let Contents { written, mut channels, comments, assumptions } = contents;
     channels.truncate(MOST_CHANNELS);
     let refused = |text: String| MeasurementError::Instrument { path: path.into(), text };
+    let without_samples = || refused(format!("{written}: expected samples, found none; export the record again"));
     let mut columns: Vec<Column> = channels.iter().map(|channel| Column::named(&channel.name, &channel.unit)).collect();
     if columns.is_empty() {
-        return Err(refused(format!("{written}: expected samples, found none; export the record again")));
+        return Err(without_samples());
     }
     let stated = super::header::stated(&comments).sensitivity;
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
@@ -133,7 +134,7 @@ fn table(
     };
     let mut values = std::mem::take(&mut channels[value].values);
     if values.is_empty() {
-        return Err(refused(format!("{written}: expected samples, found none; export the record again")));
+        return Err(without_samples());
     }
     if let Some(at) = values.iter().position(|value| !value.is_finite()) {
         let found = values[at];

@@ -132,8 +132,7 @@ impl Tdms {
             at += 4;
             let object = self.objects.entry(path.clone()).or_default();
             match index {
-                NO_SAMPLES => {}
-                AS_BEFORE => {}
+                NO_SAMPLES | AS_BEFORE => {}
                 index if DAQMX.contains(&index) => {
                     self.raw = true;
                     return None;
