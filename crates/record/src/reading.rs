@@ -375,7 +375,9 @@ mod tests {
         let bench = read("[vibrometer]\nscale = \"125 mm/s/V\"\n[horn-tip]\nchannel = \"CH1\"\n").unwrap();
         assert_eq!(bench.of(RecordKind::HornTip).channel.as_deref(), Some("CH1"));
         assert_eq!(bench.of(RecordKind::Hydrophone), &Reading::default());
-        assert!(read("[vibrometer]\nscal = \"1\"\n").unwrap_err().to_string().contains("bench.toml:2: unknown field"));
+        assert!(
+            read("[vibrometer]\nscal = \"1\"\n").unwrap_err().to_string().contains("bench.toml:2: unknown key `scal`")
+        );
         assert!(read("[horn-tip]\nscale = \"1\"\n").unwrap_err().to_string().contains("[horn-tip] `scale`"));
     }
 }
