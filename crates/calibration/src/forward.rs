@@ -24,7 +24,7 @@ use granchain_model::{
 use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAMPLES_PER_CYCLE, spline::cubic};
 
 /// Runs integrated side by side.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Uncertainty of the bench, drawn in every run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -155,18 +155,12 @@ pub(crate) type TimedRun = (Run, Option<f64>);
 /// stops and drops the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
-/// Most shots simulated for an average: more make little difference.
-const MOST_SHOTS: usize = 16;
-
-/// Largest standard deviation of the trigger from shot to shot, s.
-const JITTER: f64 = 0.3e-6;
-
-/// Sample `index` of a trace delayed by `late` samples, by linear interpolation.
-fn shifted(trace: &Series, index: usize, late: f64) -> f64 {
-    let place = (index as f64 - late).clamp(0.0, (trace.len() - 1) as f64);
-    let (whole, part) = (place.floor() as usize, place.fract());
-    let next = trace.values[(whole + 1).min(trace.len() - 1)];
-    (1.0 - part) * trace.values[whole] + part * next
+/// A point of the box with nuisances drawn.
+pub(super) struct DrawnRun {
+    pub variation: Variation,
+    /// Scale of its gaps, m, and each gap over that scale.
+    pub roughness: f64,
+    pub gaps: Vec<f64>,
 }
 
 /// A series at `count` samples from `start` on, by cubic interpolation.
@@ -200,7 +194,7 @@ pub struct Forward {
     scene: Scene,
     uncertainty: Uncertainty,
     seed: u64,
-    engine: Engine,
+    pub(super) engine: Engine,
     laws: Option<FiniteBodyLaws>,
     low_pass: LowPass,
     noise_rms: f64,
@@ -308,7 +302,11 @@ impl Forward {
     /// Draws of run `random` at a point, except the drive level (fixed if α is fitted) and stiffness over mass, which
     /// is `stiffness` times the scene's; the horn's noise is that of lane `lane`.
     pub(super) fn held(&self, at: &[f64], stiffness: f64, lane: usize, random: &mut ChaCha8Rng) -> Variation {
-        let mut variation = self.variation(at, random);
+        self.hold(self.variation(at, random), (at, stiffness), lane)
+    }
+
+    /// The same for draws that have been made.
+    pub(super) fn hold(&self, mut variation: Variation, (at, stiffness): (&[f64], f64), lane: usize) -> Variation {
         let mut parameters = self.parameters.iter().zip(at);
         if let Some((alpha, u)) = parameters.find(|(parameter, _)| parameter.target == Target::Alpha) {
             variation.amplitude_scale = alpha.value(*u);
@@ -331,6 +329,11 @@ impl Forward {
             let shakes: Vec<Series> = noise
                 .map_or_else(Vec::new, |noise| generators.iter_mut().map(|random| noise.realisation(random)).collect());
             let engine = if shakes.is_empty() { self.engine.clone() } else { self.engine.with_shakes(&shakes) };
+            if self.comparison.averages > 1 {
+                let lanes = points.iter().zip(&mut generators).enumerate();
+                let mean = |(lane, (point, random))| self.mean_waveform(&engine, point, lane, random);
+                return lanes.map(mean).collect();
+            }
             let variations: Vec<Variation> = points
                 .iter()
                 .zip(&mut generators)
@@ -404,39 +407,6 @@ impl Forward {
         chunks.into_iter().flatten().collect()
     }
 
-    /// One run as an averaging instrument stores it: the mean of several shots, each with its own gaps and trigger.
-    fn averaged(&self, at: &[f64], random: &mut ChaCha8Rng) -> TimedRun {
-        let (first, roughness, drawn) = self.drawn(at, random);
-        let jitter = JITTER * random.random::<f64>();
-        let mut shots = vec![first.clone()];
-        shots.resize_with(self.comparison.averages.min(MOST_SHOTS), || {
-            let mut shot = first.clone();
-            for (offset, known) in shot.gap_offsets.iter_mut().zip(&drawn) {
-                let draw: f64 = StandardNormal.sample(random);
-                *offset += roughness * (draw.abs() - known);
-            }
-            shot
-        });
-        let mut mean: Option<Series> = None;
-        for trace in shots.chunks(LANES).flat_map(|shots| self.engine.run(shots)) {
-            let trace = match trace {
-                Ok(trace) => trace,
-                Err(error) => return self.finish(at, Err(error), random),
-            };
-            let draw: f64 = StandardNormal.sample(random);
-            let late = jitter * draw / trace.step;
-            match &mut mean {
-                None => mean = Some(trace),
-                Some(mean) => {
-                    mean.values.iter_mut().enumerate().for_each(|(i, value)| *value += shifted(&trace, i, late))
-                }
-            }
-        }
-        let count = shots.len() as f64;
-        let mean = mean.map_or_else(|| Series::new(0.0, 1.0, vec![]), |mean| mean.map(|value| value / count));
-        self.finish(at, Ok(mean), random)
-    }
-
     /// Reports the number of finished runs; returns whether to go on.
     #[must_use]
     pub fn report(&self, runs: u64) -> bool {
@@ -452,11 +422,11 @@ impl Forward {
 
     /// A point of the box with nuisances drawn from `random`.
     pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
-        self.drawn(at, random).0
+        self.drawn(at, random).variation
     }
 
-    /// The same with the scale of its gaps, m, and each gap over that scale.
-    fn drawn(&self, at: &[f64], random: &mut ChaCha8Rng) -> (Variation, f64, Vec<f64>) {
+    /// The same with what its gaps were drawn from.
+    pub(super) fn drawn(&self, at: &[f64], random: &mut ChaCha8Rng) -> DrawnRun {
         let mut variation = self.base.clone();
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
@@ -467,11 +437,11 @@ impl Forward {
         variation.amplitude_scale *= 1.0 + shared * drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
         let roughness = gap * (gap_scale * rougher).exp();
-        let mut drawn = Vec::with_capacity(variation.gap_offsets.len());
+        let mut gaps = Vec::with_capacity(variation.gap_offsets.len());
         for offset in &mut variation.gap_offsets {
             let draw: f64 = StandardNormal.sample(random);
             *offset += roughness * draw.abs();
-            drawn.push(draw.abs());
+            gaps.push(draw.abs());
         }
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         // What is fitted is not drawn; an error of the baseline is a gap.
@@ -495,7 +465,7 @@ impl Forward {
         if droop > 0.0 {
             variation.amplitude_scale /= 1.0 - droop * random.random::<f64>();
         }
-        (variation, roughness, drawn)
+        DrawnRun { variation, roughness, gaps }
     }
 
     /// Posterior predictive runs: `count` points drawn from a posterior with fresh nuisances, and the instrument's

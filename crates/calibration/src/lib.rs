@@ -1,10 +1,11 @@
 //! Calibration: parameters, simulated runs, search, likelihood, posterior, prediction, diagnosis and outcome.
 //!
 //! ```text
-//! Plan, Bench, Record ─► Problem ─ fit ─► Fitted ─ predict ─► Confirmed ─ outcome ─► CalibrationOutcome
+//! Plan, Bench, Record ─► Problem ─ fit ─► Fitted ─ predict ─► Predictions ─ outcome ─► CalibrationOutcome
 //! ```
 
 pub mod agreement;
+mod averages;
 pub mod bench;
 pub mod candidate;
 pub mod checkpoint;

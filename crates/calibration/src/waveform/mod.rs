@@ -234,7 +234,7 @@ fn better(first: Option<WaveformFit>, again: Option<WaveformFit>) -> Option<Wave
 fn source(compared: Compared, above: Option<FidelityLevel>) -> Option<Source> {
     let comparison = &compared.forward.comparison;
     let on_disc = matches!(compared.forward.scene().support, Support::Disc { .. });
-    if comparison.averages > 1 || on_disc || comparison.measurand() == Measurand::Pressure {
+    if on_disc || comparison.measurand() == Measurand::Pressure {
         return None;
     }
     let trace = RecordTrace::of(compared.trace, comparison)?;
