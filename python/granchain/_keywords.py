@@ -76,7 +76,7 @@ class ReadingOptions(SampleOptions, total=False):
     mask: str
     """Samples that are masked: ``auto``, ``none``, or stretches such as ``12.1us:13.4us``."""
     bench: StrPath
-    """Bench file with the reading of all channels."""
+    """File that says how each channel is read."""
 
 
 class RecordsOptions(ReadingOptions, total=False):

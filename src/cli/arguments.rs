@@ -170,7 +170,7 @@ pub struct SceneArguments {
     /// Simulation model [default: the scene's, else reduced]
     #[arg(long, value_enum, help_heading = "Scene")]
     pub model: Option<ModelChoice>,
-    /// Choose the fastest model and settings with at most this error, such as 1%. The error was measured on the built-in scene; see `granchain accuracy`
+    /// Choose the fastest model and settings with at most this error, such as 1%. It is the built-in scene's error, also for a scene you changed (`granchain accuracy`)
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
     /// Horn-tip record that drives the piston [default: the scene's own drive]
@@ -179,7 +179,7 @@ pub struct SceneArguments {
     /// Drive frequency with its unit, such as 73kHz
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,
-    /// α: the displacement of the drive is multiplied by it
+    /// α, the factor on the drive's displacement
     #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
     pub alpha: Option<f64>,
     /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
@@ -190,7 +190,7 @@ pub struct SceneArguments {
 /// `--out`, `--force`: where results go.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Folder for the results, complete or absent, never partly written; without it nothing is written
+    /// Folder for the results, written as a whole or not at all; without it nothing is written
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write into a folder that also holds other files (these are never changed), or replace the results of another command

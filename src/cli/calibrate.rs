@@ -56,7 +56,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub plan: Option<PathBuf>,
     /// Parameters to fit, of alpha, damping, precompression, support_stiffness, support_modulus, support_loss, gap, bandwidth, horn_mass, drag, friction; the others keep the scene's
-    /// value [default: alpha,damping; of a striker support_modulus,support_loss]
+    /// value [default: alpha,damping; for impacts support_modulus,support_loss]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
@@ -82,8 +82,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
     /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap, gap_scale,
-    /// baseline, drive, sensitivity, precompression, support_stiffness, modulus [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
-    /// modulus=0.004, baseline: estimated from the horn-tip record]
+    /// baseline, drive, sensitivity, precompression, support_stiffness, modulus, mass [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
+    /// modulus=0.004, mass=0.005, baseline: estimated from the horn-tip record]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
     /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper

@@ -46,14 +46,14 @@ pub struct Arguments {
     /// pretrigger,bits (list: docs/validation.md) [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
-    /// Recorded quantity on the usual benches (not with --scenario); for a pressure every mount of the disc is fitted [default: velocity]
-    #[arg(long, value_enum)]
+    /// Recorded quantity, without --scenario only; for a pressure every mount of the disc is fitted [default: velocity]
+    #[arg(long, value_enum, conflicts_with = "scenario")]
     pub quantity: Option<QuantityChoice>,
     /// Records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together (not with --scenario)
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1_u32, Some(6)))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1_u32, Some(6)), conflicts_with = "scenario")]
     pub records: u32,
     /// Parameters to fit, as with `calibrate --fit` (not with --scenario) [default: alpha,damping]
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', conflicts_with = "scenario")]
     pub fit: Vec<String>,
     /// Number of synthetic records for each scenario, or number of benches if no scenario is given
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole(1_u64, Some(MOST)))]

@@ -161,7 +161,7 @@ pub fn agree_on_model(bench: &mut Bench, points: impl Iterator<Item = Vec<String
 pub fn refuse_drive_keys<'a>(bench: &Bench, mut keys: impl Iterator<Item = &'a str>) -> anyhow::Result<()> {
     match keys.find(|key| bench.drive.is_some() && key.trim().starts_with("drive.")) {
         Some(key) => Err(usage(format!(
-            "`{key}` would do nothing: a record takes the place of the scene's drive; scale it with alpha"
+            "`{key}` has no effect: the horn record replaces the scene's drive; pass --drive none for the scene's, or scale the record with alpha"
         ))),
         None => Ok(()),
     }

@@ -94,7 +94,7 @@ const SESSION_FLAGS: &str =
     "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
 
 const OUT_OF_CALIBRATE: &str =
-    "Folder for the results, complete or absent, never partly written [default: calibrations/NAME]";
+    "Folder for the results, written as a whole or not at all [default: calibrations/NAME]";
 const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
                                   the record, else the scene's drive]";
 

@@ -123,6 +123,9 @@ impl PartFile {
     /// Read one that holds what it claims to hold.
     fn read(path: &Path) -> anyhow::Result<Self> {
         let no_part = || format!("{} was not written by --part of this version of granchain", path.display());
+        if !path.exists() {
+            anyhow::bail!("{}: expected a file written by --part, found none", path.display());
+        }
         let bytes = read_back(path, LARGE).with_context(no_part)?;
         let file: Self = serde_json::from_slice(unsealed(&bytes).with_context(no_part)?).with_context(no_part)?;
         let Head { program, points, part, .. } = &file.head;

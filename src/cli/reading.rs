@@ -122,7 +122,7 @@ impl DriveReadArguments {
 pub struct ReadArguments {
     #[command(flatten)]
     pub channel: ChannelArguments,
-    /// Bench file with the reading of all channels, typed once (docs/formats.md); flags win over it
+    /// File that says how each channel is read (docs/formats.md); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Reading")]
     pub bench: Option<PathBuf>,
 }
@@ -153,7 +153,7 @@ impl ReadArguments {
         match (kind, &self.bench) {
             (Some(kind), _) => self.options_of(kind, drive_frequency),
             (None, None) => Ok(self.options(drive_frequency)),
-            (None, Some(_)) => Err(usage("--bench says how each kind of record is read: name this one's with --kind")),
+            (None, Some(_)) => Err(usage("--bench has a reading for each kind of record: state the kind with --kind")),
         }
     }
 }

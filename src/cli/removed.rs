@@ -34,7 +34,7 @@ const FLAGS: [(&str, &str); 17] = [
     ("--levels", "--records N"),
     ("--parameters", "--fit NAMES"),
     ("--animation", "--fields INTERVAL, played by ParaView"),
-    ("--calibration", "`granchain coverage`, which counts what intervals of a calibration are worth"),
+    ("--calibration", "`granchain coverage` to test intervals (replay and sweep take --calibration)"),
     ("--whole", "nothing: every run is made again"),
 ];
 

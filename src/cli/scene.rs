@@ -326,7 +326,7 @@ fn contacts(scene: &Scene) -> Vec<(&'static str, String)> {
         rows.push(("radius of the contact circle", of(last.radius * angle.sin())));
         rows.push(("contact normal from the axis", format!("{:.2}°", angle.to_degrees())));
         let law = if scene.has_own_ring() { "fitted to its statics, made once" } else { "that of the paper's ring" };
-        rows.push(("the chain's law of the ring", law.to_owned()));
+        rows.push(("contact law bead–ring", law.to_owned()));
     }
     if let (Support::Flat(flat), Some(last)) = (&scene.support, beads.last()) {
         rows.push(("Hertz stiffness, support", stiffness(bead_flat_stiffness(last, *flat))));

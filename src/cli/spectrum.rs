@@ -43,7 +43,7 @@ pub struct Arguments {
     /// the strongest line]
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
-    /// Horn-tip record of the drive [default: a response's own piston, else horn_tip.csv beside FILE]
+    /// Horn-tip record of the drive [default: piston column of a response, else horn_tip.csv beside FILE]
     #[arg(long, value_name = "FILE")]
     pub drive: Option<PathBuf>,
     /// Start of the analysis window after the trigger, such as 50us [default: where the drive's envelope exceeds half its peak]
@@ -328,7 +328,7 @@ fn facts(summary: &Summary) -> Vec<(String, String)> {
     };
     row("peaks", format!("{} and {} {unit}{raw}", amplitude(peaks.positive), amplitude(peaks.negative)));
     row("rms", format!("{} {unit}", amplitude(features.rms)));
-    row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 4)));
+    row("distortion", format!("{} (rms of the drive's harmonics / Hann-weighted rms)", fixed(features.thd, 4)));
     let edge = |edge: Option<f64>| edge.map_or_else(|| "none".to_owned(), |hertz| engineering(hertz, "Hz", 4));
     let (six, twenty) = (edge(features.bandwidth_hz), edge(features.bandwidth_20db_hz));
     row("bandwidth", format!("{six} at −6 dB, {twenty} at −20 dB re the drive line"));
@@ -336,7 +336,7 @@ fn facts(summary: &Summary) -> Vec<(String, String)> {
         || "fewer than two impulses above half the positive peak".to_owned(),
         |train| {
             let (interval, spread) = (fixed(train.mean_interval_periods, 2), fixed(100.0 * train.irregularity, 1));
-            format!("{} impulses every {interval} drive periods ± {spread} %", train.impulses)
+            format!("{} impulses, spaced {interval} drive periods ± {spread} %", train.impulses)
         },
     );
     row("repetition", train);

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Built-in scene or scene file nearest to the bench [default: annulus; water for a hydrophone]
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: Option<String>,
-    /// Override one key of it: a plain number is SI, else with its unit; repeatable
+    /// Override one key of the scene; a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
     pub set: Vec<String>,
     /// The fit definition to write; never replaces a file
@@ -213,7 +213,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
     let what = |of: f64| format!("{:.0} %", 100.0 * of);
     if (one - other).abs() < CLEARLY {
         bail!(
-            "{} and {}: expected a horn's tip, which moves as a sine, beside a record of the last bead, found {} and {} of each motion within 5 % of its strongest \
+            "{} and {}: expected a nearly sinusoidal horn tip beside the last bead, found only {} and {} of their power within 5 % of the strongest \
              line; say which is the horn's with --horn FILE",
             first.display(),
             second.display(),
@@ -308,7 +308,7 @@ fn definition(
         let path = if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) };
         toml_text(&path.display().to_string())
     };
-    line("# A fit definition, begun by `granchain start`. Lines behind `#` are choices left open, with what is taken now.".into());
+    line("# A fit definition, begun by `granchain start`. Lines behind `#` are examples: remove the `#` and type your own value.".into());
     line(format!("#\n#   granchain calibrate --plan {}\n#", shell_word(&arguments.out.display().to_string())));
     line(format!("measured = {} # {}", place(&bead.path), of_record(bead)));
     let own_file = drive.is_some_and(|drive| drive.path == bead.path);
@@ -320,7 +320,7 @@ fn definition(
     if bead.kind == RecordKind::Hydrophone {
         line(format!("quantity = '{}'", Measurand::Pressure.name()));
     }
-    line("\n# How the files are read: sensitivity of a column in volts, delay, sign (`granchain inspect --help` has every key).".into());
+    line("\n# How the files are read: sensitivity of a column in volts, delay, sign (docs/formats.md has every key).".into());
     let channels = [
         (
             "reading",
@@ -343,7 +343,7 @@ fn definition(
     }
     line("\n# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key.".into());
     line(format!("scene = '{name}'\nset = [\n{}]\n", open_settings(&arguments.set, scene, &OF_THE_BENCH)));
-    line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right.".into());
+    line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right and the horn's face moves as its recorded point.".into());
     line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth, horn_mass, drag, friction".into());
     let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";
     match scene.damping.kind {
@@ -351,7 +351,7 @@ fn definition(
         law => line(format!("# damping = ['{}'] # {laws}", law.name())),
     }
     line("# features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line".into());
-    line("# seed = 1\n# [parameters.alpha]\n# low = 0.2\n# high = 2.0".into());
+    line("# seed = 1\n# [parameters.alpha]\n# low = 0.05\n# high = 3.0".into());
     line("# [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005".into());
     text
 }
@@ -447,7 +447,7 @@ fn summary(
             }
         }
     }
-    writeln!(text, "  {:<10} {name}; what differs from it on your bench goes into `set`", "scene")?;
+    writeln!(text, "  {:<10} {name}; list what differs under `set` in the plan", "scene")?;
     writeln!(text, "\nscene check of {name}: valid")?;
     for (label, value) in scene_command::consequences_of_bench(scene) {
         writeln!(text, "  {label:<30}  {value}")?;
@@ -456,7 +456,7 @@ fn summary(
     let plan = shell_word(&plan);
     writeln!(text, "\nwrote {plan}: every choice left open is a line in it")?;
     if let Some(picture) = picture {
-        writeln!(text, "wrote {}: the bench as it stands there, drawn", picture.display())?;
+        writeln!(text, "wrote {}: drawing of the bench in the plan", picture.display())?;
     }
     let program = program();
     let program = shell_word(&program);

@@ -257,12 +257,12 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
         row("lines", lines(summary));
     }
     if let Some(features) = &summary.features {
-        row("distortion", format!("{} (rms of the drive's harmonics over total rms)", fixed(features.thd, 3)));
+        row("distortion", format!("{} (rms of the drive's harmonics / Hann-weighted rms)", fixed(features.thd, 3)));
     }
     row(
         "energy",
         format!(
-            "{}, {} dissipated, residual {} of the largest",
+            "{}, {} dissipated, residual {} of the peak energy",
             if scene.is_struck() {
                 format!("{} at the start", engineering(summary.energy.initial_j, "J", 3))
             } else {
@@ -356,6 +356,8 @@ fn contacts(laws: &FiniteBodyLaws) -> String {
 fn work(summary: &Summary) -> String {
     let SolverWork { unknowns, steps, rejected_steps, evaluations, events, factorisations, .. } = summary.work;
     match &summary.analysis {
+        // The reduced model counts neither evaluations nor contacts.
+        None if evaluations == 0 => format!("{unknowns} unknowns, {steps} steps"),
         None => format!(
             "{unknowns} unknowns, {steps} steps, {rejected_steps} rejected, {evaluations} evaluations, {events} contact events"
         ),
@@ -426,7 +428,7 @@ fn peaks(scene: &Scene, summary: &Summary) -> String {
     };
     if let Some(published) = &summary.published {
         let measured = published.measured;
-        let _ = write!(text, "; printed: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
+        let _ = write!(text, "; paper: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
         if let Some(simulated) = published.simulated {
             let _ = write!(text, ", simulated {}", pair(simulated.positive_m_per_s, simulated.negative_m_per_s));
         }
@@ -476,7 +478,7 @@ fn lines(summary: &Summary) -> String {
         let amplitude = found.map_or("–".into(), |line| fixed(1e3 * line.amplitude, 1));
         format!("{ratio}: {amplitude}")
     };
-    format!("{} mm/s (of the drive frequency)", shown.map(line).join("  "))
+    format!("at n f0, mm/s: {}", shown.map(line).join("  "))
 }
 
 /// What an ensemble says, for the terminal.

@@ -107,7 +107,7 @@ fn a_velocity_s_terminal_says_which_model_was_taken() {
     let (code, _, said) =
         calibrate(&[&["--measured", velocity, "--dry-run", "--out", out.to_str().unwrap()], &finer[..]].concat());
     assert_eq!(code, 0, "{said}");
-    assert!(said.contains("model `reduced`, as the scene names none: the chain searches"), "{said}");
+    assert!(said.contains("model `reduced`, the default: search on the chain"), "{said}");
     let (_, _, said) = calibrate(&[
         "--measured",
         velocity,

@@ -116,7 +116,7 @@ impl Bench {
         Ok(Some(match (Some(taken) == otherwise, taken) {
             (true, kind) => format!("model `{}`, which the scene `{}` names", kind.name(), self.source),
             (false, kind) => format!(
-                "model `{}`, as the scene names none: the chain searches, `{}` answers; --model chain stops at the chain",
+                "model `{}`, the default: search on the chain, values from `{}`; --model chain takes both from the chain",
                 kind.name(),
                 kind.name()
             ),

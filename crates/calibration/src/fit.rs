@@ -36,7 +36,7 @@ pub enum Verdict {
     /// The model explains the record within the scatter of a single run.
     #[serde(rename = "within scatter")]
     WithinScatter,
-    /// p < 5 %: a correct model has this result once in twenty records.
+    /// p from 1 to 5 %: a correct model has this result for one record in twenty-five.
     #[serde(rename = "doubtful")]
     Doubtful,
     /// p < 1 %: a correct model has this result once in a hundred records. Intervals are not quoted.

@@ -80,7 +80,7 @@ pub struct Plan {
     pub drive: Option<DrivePlan>,
     /// Reading options of the records.
     pub reading: Option<Reading>,
-    /// Bench file with the reading of all channels.
+    /// File that says how each channel is read.
     pub bench: Option<PathBuf>,
     /// Built-in scene or scene file.
     pub scene: Option<String>,

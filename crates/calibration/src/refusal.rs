@@ -86,7 +86,7 @@ pub enum Contradiction {
          the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the fitted values"
     )]
     UpperBeforeDisc { model: &'static str },
-    #[error("[uncertainty]: `{name}` is not one; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
+    #[error("[uncertainty]: unknown `{name}`; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
     #[error("uncertainty of `{name}`: with a striker expected one of drive (its velocity), modulus")]
     StrikerUncertainty { name: String },
@@ -117,7 +117,7 @@ pub enum Refusal {
     #[error("[uncertainty] support_stiffness")]
     UncertainStiffness(#[source] ParameterError),
     #[error(
-        "{}: expected another record than {}, found the same bytes; what one record says would count twice: name it once, or record again",
+        "{}: expected another record than {}, found the same bytes, which would count twice; name it once",
         path.display(), known.display()
     )]
     Twice { path: PathBuf, known: PathBuf },

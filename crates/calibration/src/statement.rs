@@ -159,7 +159,7 @@ fn waveform(waveform: &WaveformFit) -> String {
         format!("over {} after the onset; after that the runs diverge", periods(*cycles))
     };
     let verdict = match waveform.left_out {
-        0 => "The p of the verdict is twice the smaller of this p and that of the amplitudes, at most 1.".into(),
+        0 => "The verdict uses 2 × the smaller of this p and the amplitudes' p, at most 1.".into(),
         samples => format!(
             "{samples} samples in and around drop-outs are left out. The amplitudes include interpolated samples there, so they have no part in the \
              verdict."

@@ -40,7 +40,7 @@ pub(super) fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
             "; a hydrophone's record is calibrated on with --quantity pressure, and inspected with --kind hydrophone"
         }
         (RecordKind::Hydrophone, Dimension::VELOCITY) => {
-            "; a vibrometer's record is calibrated on without --quantity pressure"
+            "; for a vibrometer record leave out --quantity pressure"
         }
         (RecordKind::Vibrometer, Dimension::LENGTH) => {
             "; a horn tip's record is given with --drive: are the two files swapped?"

@@ -111,7 +111,7 @@ pub fn sweep_figure(report: &SweepReport) -> Figure {
 /// The text with its first letter in upper case, as on an axis.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+    letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
 }
 
 /// a, b, c … for the panels of a figure.

@@ -306,7 +306,10 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let measured = &problem.lead().measured;
     let prediction = predict_measured(measured, &scene, &Bodies::new(None), (&plan, None), None, &Unwatched)?;
     let lead = record(problem, (0, problem.lead()), &scene, Some(&prediction));
-    let report = CalibrationReport { records: vec![lead], ..frame(job, &scene) };
+    let mut report = CalibrationReport { records: vec![lead], ..frame(job, &scene) };
+    for row in &mut report.bench.rows {
+        row.origin = row.origin.replace("fitted", "to be fitted");
+    }
     if target.join("calibration.json").exists() {
         anyhow::bail!(
             "{}: holds a calibration, which a dry run does not replace; name another folder with --out",

@@ -73,8 +73,8 @@ mod tests {
     #[test]
     fn a_line_goes_on_below_its_own_text() {
         let row =
-            "  peaks      +310/−224 mm/s at the pole of the last bead, below 1.50 MHz; printed: measured +289/−247\n";
-        let shown = "  peaks      +310/−224 mm/s at the pole\n             of the last bead, below\n             1.50 MHz; printed: measured\n             +289/−247\n";
+            "  peaks      +310/−224 mm/s at the pole of the last bead, below 1.50 MHz; paper: measured +289/−247\n";
+        let shown = "  peaks      +310/−224 mm/s at the pole\n             of the last bead, below\n             1.50 MHz; paper: measured\n             +289/−247\n";
         assert_eq!(broken(row, 40, "granchain"), shown);
         let note = "assumed: scene `annulus`; name another with --scene";
         assert_eq!(broken(note, 40, "granchain"), "assumed: scene `annulus`; name another\n  with --scene");

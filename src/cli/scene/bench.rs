@@ -75,7 +75,7 @@ impl BenchChoice {
         let precompression = if self == Self::Free { "" } else { PRECOMPRESSION };
         format!(
             "name = {name}\ndescription = \"{description}\"\n\n\
-             # Factor on the drive; of a horn's record 1 if both sensitivities are right.\nalpha = 1.0\n\
+             # Factor on the drive; of a horn's record 1 if both sensitivities are right and the horn's face moves as its recorded point.\nalpha = 1.0\n\
              # The burst lasts 548 us; the rest shows its decay. A record that drives sets it by itself.\nduration = \"700 us\"\n\n\
              [chain]\nbeads = 6\nradius = \"0.5 mm\"\nmaterial = \"chrome-steel\"\n\
              # Just touching: one length for all contacts, or {{ contact1 = \"5 nm\" }}.\ngaps = \"0 m\"\n{precompression}\n\

@@ -114,7 +114,7 @@ fn listed(scene: &Scene, effects: &[Effect]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {state}  {:width$}  {}", effect.name, effect.why);
     }
-    text.push_str("\nAn effect that is off does no work. What each costs and changes: --measure\n");
+    text.push_str("\nAn effect that is off takes no time. --measure: cost and influence of each\n");
     text
 }
 

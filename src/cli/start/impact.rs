@@ -45,7 +45,7 @@ pub fn begin(arguments: &Arguments) -> anyhow::Result<Option<Outcome>> {
     let out = arguments.out.display().to_string();
     let plan = shell_word(&out);
     let mut text = format!(
-        "# A fit definition, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are choices left open, with what is taken now.\n\
+        "# A fit definition, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are examples: remove the `#` and type your own value.\n\
          #\n#   granchain calibrate --plan {plan}\n#   granchain calibrate --plan {plan} --measured hits/*.csv   # all hits of one column together\n#\n"
     );
     // Writing to a string cannot fail.

@@ -36,8 +36,8 @@ pub(crate) fn warning(limits: &[Option<f64>], forces: &[Series]) -> Option<Strin
     let (contact, limit, most) = passed.max_by(|(_, a, b), (_, c, d)| (b / a).total_cmp(&(d / c)))?;
     let newtons = |value: f64| Quantity::new((value * 1e3).round() / 1e3, Dimension::FORCE);
     Some(format!(
-        "contact {} (1 = piston) carried {}, and yields from {} on, where the pressure in its middle is 1.6 of the yield strength: the bodies are elastic \
-         here; `contact.yield_strength` of `model.kind = \"chain\"` has contacts that yield",
+        "contact {} (1 = piston) carried {}, and yields from {} on (central pressure 1.6 times the yield strength), but this model is elastic; only \
+         `model.kind = \"chain\"` with `contact.yield_strength` models yield",
         contact + 1,
         newtons(most),
         newtons(limit)

@@ -120,7 +120,7 @@ pub enum SceneError {
     )]
     AnnulusAngle { place: Place, angle: String, between: (f64, f64), remedy: &'static str },
     #[error(
-        "{place}: the last bead has radius {radius} and falls through the annulus, whose opening has {opening}; \
+        "{place}: the last bead has radius {radius} and falls through the annulus (opening radius {opening}); \
         use a larger bead, a smaller ring (`support.ring_radius`), or another `support.kind`"
     )]
     ThroughAnnulus { place: Place, radius: String, opening: String },

@@ -40,7 +40,7 @@ pub const KEYS: &[Key] = &[
         "vibrometer.bandwidth",
         Dimension::FREQUENCY,
         Bound::Positive,
-        "bandwidth (−6 dB) below which simulated velocities are measured; of half the output's sample rate, all of it",
+        "−6 dB bandwidth of the simulated vibrometer; at or above half the output sample rate: no filter",
     )
     .number(|scene| Some(scene.vibrometer_bandwidth))
     .usually("1.5 MHz, or 4 f0 where that is more"),
@@ -53,7 +53,7 @@ pub const KEYS: &[Key] = &[
     key("chain.material", ValueKind::Text, "material of the beads")
         .value(|scene| text(&scene.chain.beads.first()?.material.name))
         .needed("chain.material = \"chrome-steel\""),
-    key("chain.gaps", ValueKind::Gaps, "initial gap of every contact, or of each of the N + 1 from the piston")
+    key("chain.gaps", ValueKind::Gaps, "one initial gap for all contacts, or a list of N + 1 from the piston")
         .value(gaps)
         .usually("0 m"),
     number(
@@ -73,7 +73,7 @@ pub const KEYS: &[Key] = &[
     count(
         "chain.sensor",
         (1, MOST_BEADS as u32),
-        "number of the bead whose two contact forces a sensor in it reads, as their mean",
+        "number of the sensor bead, which reads the mean of its two contact forces",
     )
     .value(|scene| scene.chain.sensor.map(beads))
     .usually("none"),
@@ -81,7 +81,7 @@ pub const KEYS: &[Key] = &[
         .value(|scene| path(shared_mesh(scene)?))
         .usually("a mesh of the program's own")
         .when(BODY_MESH),
-    number("chain.mesh_unit", Dimension::LENGTH, Bound::Positive, "length of its unit; default 1 m")
+    number("chain.mesh_unit", Dimension::LENGTH, Bound::Positive, "length unit of the mesh file; default 1 m")
         .number(|scene| Some(shared_mesh(scene)?.unit))
         .or(1.0)
         .when(BODY_MESH),
@@ -94,13 +94,13 @@ pub const KEYS: &[Key] = &[
     .usually("none"),
     number("materials.*.youngs_modulus", Dimension::PRESSURE, Bound::Modulus, "Young's modulus E")
         .of_material(|material| material.youngs_modulus)
-        .usually("that of the program's own material of the name"),
+        .usually("that of the built-in material with this name"),
     number("materials.*.poissons_ratio", Dimension::NONE, Bound::PoissonsRatio, "Poisson's ratio ν")
         .of_material(|material| material.poissons_ratio)
-        .usually("that of the program's own material of the name"),
+        .usually("that of the built-in material with this name"),
     number("materials.*.density", Dimension::DENSITY, Bound::Density, "density ρ")
         .of_material(|material| material.density)
-        .usually("that of the program's own material of the name"),
+        .usually("that of the built-in material with this name"),
     word::<FlatContact>("piston.contact", "face of the piston: rigid flat, or half-space of the bead's material")
         .value(|scene| text(scene.piston.name()).filter(|_| scene.drive.kind.striker().is_none()))
         .when(HORN),
@@ -108,7 +108,7 @@ pub const KEYS: &[Key] = &[
         "horn.mass",
         Dimension::MASS,
         Bound::Positive,
-        "modal mass M at the horn's tip, whose free motion the drive then is: the chain's push moves it besides",
+        "modal mass M at the horn's tip. The drive is then the tip's free motion; the chain's force adds to it",
     )
     .number(|scene| Some(scene.horn?.mass))
     .usually("none: the tip moves as prescribed")
@@ -129,19 +129,19 @@ pub const KEYS: &[Key] = &[
         "friction on every bead under a constant load across the chain",
     )
     .number(|scene| given(scene.holder?.friction_force)),
-    optional("holder.friction_coefficient", Dimension::NONE, "coefficient μ of the friction that the clearance makes")
+    optional("holder.friction_coefficient", Dimension::NONE, "coefficient μ of friction from the tilted contacts")
         .number(|scene| given(scene.holder?.friction_coefficient)),
     optional(
         "holder.clearance",
         Dimension::LENGTH,
-        "diameter of the bore less that of the beads: lines of centres oblique by at most sin θ = e/2a",
+        "bore diameter minus bead diameter, e; lines of centres tilt by up to sin θ = e/2a",
     )
     .number(|scene| given(scene.holder?.clearance)),
     number(
         "holder.slip_velocity",
         Dimension::VELOCITY,
         Bound::NotNegative,
-        "velocity over which friction turns its sign; 0 is the exact law, with beads that stick",
+        "width v_s of the smooth sign change, tanh(v/v_s); 0: exact law, with beads that stick",
     )
     .number(|scene| scene.holder.filter(Holder::has_friction).map(|holder| holder.slip_velocity))
     .usually("0 on the chain, else 1 mm/s"),
@@ -219,7 +219,7 @@ pub const KEYS: &[Key] = &[
         "support.ring_radius",
         Dimension::LENGTH,
         Bound::Radius,
-        "radius R of the circle of the centres of the ring's sections, and of its clamped side",
+        "radius R of the ring's section centres and of its clamped side",
     )
     .number(|scene| Some(ring(scene)?.ring_radius))
     .or(AnnulusShape::published().ring_radius)
@@ -243,7 +243,7 @@ pub const KEYS: &[Key] = &[
         })
         .usually("resin")
         .when(&[Is("support.kind", &["annulus", "body"])]),
-    word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or to the moved bead")
+    word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or follows the bead")
         .value(|scene| {
             scene.support.normal().filter(|_| scene.model.kind.is_meshed()).and_then(|normal| text(normal.name()))
         })
@@ -252,7 +252,7 @@ pub const KEYS: &[Key] = &[
         .value(|scene| path(scene.support.mesh_file()?))
         .needed("support.mesh = \"ring.msh\"")
         .when(OWN_BODY),
-    number("support.mesh_unit", Dimension::LENGTH, Bound::Positive, "length of its unit; default 1 m")
+    number("support.mesh_unit", Dimension::LENGTH, Bound::Positive, "length unit of the mesh file; default 1 m")
         .number(|scene| Some(scene.support.mesh_file()?.unit))
         .or(1.0)
         .when(OWN_BODY),
@@ -315,7 +315,7 @@ pub const KEYS: &[Key] = &[
     word::<Rim>("disc.rim", "how the lateral face of the disc is held")
         .value(|scene| text(disc(scene)?.rim.name()))
         .when(DISC),
-    count("disc.mesh_density", (1, 64), "elements through the disc's thickness; 4/3 as many a length along r")
+    count("disc.mesh_density", (1, 64), "elements through the thickness; 4/3 as many per length along r")
         .value(|scene| Some(whole(scene.support.disc()?.1)))
         .usually("6")
         .when(DISC),
@@ -383,13 +383,13 @@ pub const KEYS: &[Key] = &[
         .value(|scene| damped(scene).and_then(|damping| text(damping.placement.name())))
         .usually("all")
         .when(&[Damped(true)]),
-    key("damping.tension", ValueKind::Flag, "whether a contact force may pull while the contact parts")
+    key("damping.tension", ValueKind::Flag, "whether a contact force may pull while the contact opens")
         .value(|scene| damped(scene).map(|damping| SettingValue::Flag(damping.tension)))
         .usually("false")
         .when(&[Damped(true)]),
     word::<ContactLaw>(
         "contact.law",
-        "law of the chain's contacts: of half-spaces, or fitted to the bodies and coupled through them",
+        "contact law of the chain: half-spaces, or finite bodies whose contacts are coupled",
     )
     .value(|scene| if scene.model.kind == ModelKind::Chain { text(scene.contact_law.name()) } else { None })
     .when(&[Is("model.kind", &["chain"])]),
@@ -431,7 +431,7 @@ pub const KEYS: &[Key] = &[
     word::<ModelKind>("model.kind", "simulation model")
         .value(|scene| text(scene.model.kind.name()))
         .usually("reduced; the chain of `replay --ensemble`, of several records and of pressures"),
-    count("model.mesh_density", (2, 128), "elements along a block at a contact; their size goes as its inverse")
+    count("model.mesh_density", (2, 128), "mesh density n at a contact; element size is proportional to 1/n")
         .value(|scene| Some(whole(meshing(scene)?.density)))
         .usually("12")
         .when(MESHED),
@@ -442,12 +442,12 @@ pub const KEYS: &[Key] = &[
         "model.contact_patch",
         Dimension::NONE,
         Bound::Positive,
-        "radius of the finely meshed patch at a bead's pole over the bead's radius; no contact may grow larger",
+        "radius of the fine mesh at a bead's pole / bead radius; the upper limit of a contact radius",
     )
     .number(|scene| Some(meshing(scene)?.contact_patch))
     .or(DEFAULT_CONTACT_PATCH)
     .when(MESHED),
-    count("model.modes", (0, 200), "most elastic modes of a body in the reduced model")
+    count("model.modes", (0, 200), "maximum number of elastic modes per reduced body")
         .value(|scene| (scene.model.kind == ModelKind::Reduced).then(|| whole(scene.model.reduced.modes)))
         .usually("8")
         .when(&[Is("model.kind", &["reduced"])]),
@@ -456,7 +456,7 @@ pub const KEYS: &[Key] = &[
             |scene| if scene.model.kind == ModelKind::Fea { text(scene.model.fea.contact_mass.name()) } else { None },
         )
         .when(&[Is("model.kind", &["fea"])]),
-    key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: two of the chain, three of the fea")
+    key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: the first two for chain, the rest for fea")
         .value(|scene| match (scene.model.kind, scene.model.integrator) {
             (ModelKind::Reduced, _) => None,
             (ModelKind::Fea, _) => text(scene.model.fea.scheme.name()),
@@ -475,7 +475,7 @@ pub const KEYS: &[Key] = &[
         })
         .needed("model.numerical_dissipation = 0.1")
         .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht", "newmark"])]),
-    number("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2), "relative error allowed a step")
+    number("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2), "relative error per step")
         .number(|scene| match scene.model.integrator {
             Integrator::DormandPrince853 { tolerance } if scene.model.kind == ModelKind::Chain => Some(tolerance),
             _ => None,
@@ -485,7 +485,7 @@ pub const KEYS: &[Key] = &[
     number("model.step", Dimension::TIME, Bound::Positive, "fixed step")
         .number(|scene| scene.model.step())
         .needed("model.step = \"50 ns\"")
-        .usually("0.1 µs of the fea, 50 ns reduced, 25 ns before a disc; required for symplectic")
+        .usually("0.1 µs (fea), 50 ns (reduced), 25 ns (disc); required for symplectic")
         .when(STEPPED),
 ];
 

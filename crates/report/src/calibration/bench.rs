@@ -60,7 +60,7 @@ impl BenchReport {
         if self.rows.is_empty() {
             return Vec::new();
         }
-        let mut blocks = vec![Block::Heading("Bench as fitted".into())];
+        let mut blocks = vec![Block::Heading("Bench".into())];
         if (1..=DRAWN).contains(&self.radii.len()) {
             let mut plate = Plate::new("bench", self.drawing());
             plate.caption = "Section through the axis of the chain, to scale, with the piston on the left.".into();

@@ -291,7 +291,7 @@ pub(super) fn objective(law: &Law<'_>) -> Vec<Plate> {
     }
     if let Some((map, level)) = &map {
         let panel = density([first, second], map, *level).height(55.0);
-        let title = format!("Density over both parameters near the fit, {}.", law.name());
+        let title = format!("Posterior density near the fit, {}.", law.name());
         plates.push(Plate::new(format!("density-{key}"), Figure::new(title).panel(panel)));
     }
     plates.extend(pairs(law));
@@ -308,7 +308,7 @@ fn region(label: &str, map: Map, level: f64, colour: Colour) -> Layer {
 
 /// The density over two parameters, its 90 % region and the fit.
 fn density([first, second]: [&Estimate; 2], map: &Map, level: f64) -> Panel {
-    let label = "Density over its largest (–)".into();
+    let label = "Density / maximum (–)".into();
     Panel::new(axis(first), axis(second))
         .layer(Layer::HeatMap { label, map: map.clone(), range: Some((0.0, 1.0)) })
         .layer(region("90 % region", map.clone(), level, Colour::Black))
@@ -320,7 +320,7 @@ fn pairs(law: &Law<'_>) -> Option<Plate> {
     if law.drawn.pairs.is_empty() {
         return None;
     }
-    let title = format!("Density over every pair of parameters near the fit, the others summed over, {}.", law.name());
+    let title = format!("Posterior density of every pair of parameters near the fit, summed over the others, {}.", law.name());
     let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
     for PairMap { first, second, map } in &law.drawn.pairs {
         let [first, second] = [law.parameters.get(*first)?, law.parameters.get(*second)?];

@@ -50,7 +50,7 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     Some(Table {
         caption: "Features compared by the fit, as magnitudes. Peaks: over the whole response after the onset. Bands and means: in its late part. Early: \
                   the given periods after the onset. Deviation: (model − record)/standard deviation of a run, after fitting, calculated in the \
-                  logarithm. The verdict is calculated from these deviations."
+                  logarithm. The amplitudes' p is calculated from these deviations."
             .into(),
         columns,
         rows,
@@ -223,7 +223,7 @@ pub(super) fn fidelity_features(law: &Law<'_>, record: &RecordReport) -> Option<
     Some(Table {
         caption: format!(
             "Fitted features at the fitted values, of every model, {}: expected value and standard deviation of a single run. Difference: model that \
-             gives the values minus the next simpler one, in the logarithm, mean ± standard error over pairs of runs with the same random gaps and \
+             gives the values minus the next simpler one, of the logarithms; mean ± standard error over pairs of runs with the same random gaps and \
              noise.",
             law.name()
         ),

@@ -21,8 +21,9 @@ pub enum FeatureError {
         to_s: f64,
     },
     #[error(
-        "analysis window {from_s:.6e}…{to_s:.6e} s: expected a span inside the series' {start_s:.6e}…{end_s:.6e} s; \
-         set --from and --to inside it"
+        "analysis window from {:.2} to {:.2} µs: expected a span inside the record's {:.2} … {:.2} µs; set --from before \
+         --to, both inside it",
+        1e6 * from_s, 1e6 * to_s, 1e6 * start_s, 1e6 * end_s
     )]
     WindowOutside {
         /// Start of the window, s.

@@ -10,7 +10,7 @@
 //! | peaks | extreme of the band-limited signal between its samples, noise bias removed | [`peaks`] |
 //! | lines | Hann-windowed Fourier sum at the line itself, coherent gain removed | [`line_amplitude`], [`lines`] |
 //! | spectrum | the same on the grid of an FFT | [`AmplitudeSpectrum`] |
-//! | distortion | rms of the drive's harmonics over the total rms | [`total_harmonic_distortion`] |
+//! | distortion | rms of the drive's harmonics over the Hann-weighted rms of the signal | [`total_harmonic_distortion`] |
 //! | bandwidth | highest frequency at −6 dB, −20 dB of the drive line | [`bandwidth`] |
 //! | repetition | mean interval of the impulses above half the positive peak | [`repetition`] |
 //! | impulses | arrival, height and width of each; delay and ratio of a returned one | [`impulses`], [`Return`] |
