@@ -25,18 +25,17 @@ impl Forward {
         self.finish(at, mean, random)
     }
 
-    /// One run of the waveform's likelihood; see [`Forward::waveforms`].
-    pub(super) fn mean_waveform(
+    /// The trace of one run of the waveform's likelihood; see [`Forward::waveforms`].
+    pub(super) fn mean_of_shots_at(
         &self,
         engine: &Engine,
         (at, stiffness): &Point,
         lane: usize,
         random: &mut ChaCha8Rng,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<Series> {
         let mut drawn = self.drawn(at, random);
         drawn.variation = self.hold(drawn.variation, (at, *stiffness), lane);
-        let mean = self.mean_of_shots(engine, &drawn, random).ok()?;
-        Some(self.shown(at, mean, random))
+        self.mean_of_shots(engine, &drawn, random).ok()
     }
 
     fn mean_of_shots(

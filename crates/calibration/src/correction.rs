@@ -176,6 +176,15 @@ impl Correction {
         }
     }
 
+    /// The same with rounds of pairs that were made otherwise.
+    #[must_use]
+    pub(crate) fn with_rounds(mut self, rounds: &[Vec<Pair>]) -> Self {
+        rounds.iter().for_each(|round| {
+            self.take(round.clone());
+        });
+        self
+    }
+
     /// Whether this saved state can belong to the correction `fresh`.
     pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
         let lengths = |it: &Self| {

@@ -92,7 +92,7 @@ impl Discrepancy {
     }
 
     /// From runs and the same runs at a finer setting.
-    fn of(runs: &[Run], finer: &[Run], error: f64) -> Option<Self> {
+    pub(crate) fn of(runs: &[Run], finer: &[Run], error: f64) -> Option<Self> {
         let both = runs.iter().zip(finer).filter_map(|(run, finer)| Some((run.features()?, finer.features()?)));
         let apart: Vec<Vec<f64>> =
             both.map(|(run, finer)| finer.iter().zip(run).map(|(finer, run)| finer - run).collect()).collect();

@@ -14,7 +14,7 @@ use thiserror::Error;
 use super::{
     drive::HornNoise,
     engine::{sampled_scene, traces},
-    forward::{Forward, Point, Run, TimedRun, Watch},
+    forward::{Forward, Point, Run, Show, TimedRun, Watch},
     run_store::RunStore,
 };
 use granchain_model::{
@@ -230,7 +230,13 @@ impl FidelityLevel {
     }
 
     /// As [`Forward::waveforms`], of this model.
-    pub(super) fn waveforms(&self, first: u64, points: &[Point], noise: Option<&HornNoise>) -> Vec<Option<Vec<f64>>> {
+    pub(super) fn waveforms<T: Send>(
+        &self,
+        first: u64,
+        points: &[Point],
+        noise: Option<&HornNoise>,
+        show: Show<T>,
+    ) -> Vec<Option<T>> {
         let together = self.prepared.together();
         let (count, measurand) = (self.scene.samples(), self.chain.comparison.measurand());
         let goes_on = || self.chain.report(first);
@@ -248,7 +254,7 @@ impl FidelityLevel {
             let made = traces(&self.prepared, &scenes, measurand, &goes_on).into_iter().zip(points).zip(drawn);
             let shown = |((trace, (at, _)), (variation, mut random)): ((_, &Point), (Variation, _))| {
                 let trace: Result<Series, ModelError> = trace;
-                Some(self.chain.shown(at, variation.on_the_record(trace.ok()?, count), &mut random))
+                Some(show(&self.chain, at, variation.on_the_record(trace.ok()?, count), &mut random))
             };
             made.map(shown).collect::<Vec<_>>()
         };

@@ -360,6 +360,16 @@ pub(crate) fn paired(
 /// # Errors
 /// When too few runs finished, or when it is stopped.
 pub fn corrected(fidelity: &FidelityLevel, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
+    corrected_by(fidelity, chain, correction, None)
+}
+
+/// The same with the mesh error of the features, where it is known.
+pub(crate) fn corrected_by(
+    fidelity: &FidelityLevel,
+    chain: Fit,
+    correction: &Correction,
+    known: Option<Discrepancy>,
+) -> Result<Fit, FitError> {
     let made = correction.pairs.len();
     let last_round = correction.rounds.last().copied().unwrap_or(0);
     let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
@@ -371,6 +381,7 @@ pub fn corrected(fidelity: &FidelityLevel, chain: Fit, correction: &Correction) 
         Reading { parameters, training: &all, before: &before, best: correction::BEST, seed: correction.seed() };
     let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
     let found = match fidelity.finer() {
+        _ if known.is_some() => known,
         Some(finer) => {
             Discrepancy::of_level(fidelity, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
                 Incomplete::Stopped => FitError::Stopped { runs: made },

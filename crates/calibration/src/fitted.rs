@@ -37,7 +37,7 @@ use granchain_model::{
 use granchain_record::RecordKind;
 
 /// Chain runs that cost as much as one run of the reduced model, for the estimate of the remaining time.
-const REDUCED_COST: u64 = 16;
+const REDUCED_COST: u64 = 64;
 
 /// Unknowns × steps of a finite element run that cost as much as one chain run.
 const FEA_WORK: f64 = 1e5;

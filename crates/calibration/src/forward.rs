@@ -155,6 +155,9 @@ pub(crate) type TimedRun = (Run, Option<f64>);
 /// stops and drops the current batch.
 pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 
+/// What is kept of a run: of its point in unit coordinates, its trace and its random numbers.
+pub(super) type Show<'a, T> = &'a (dyn Fn(&Forward, &[f64], Series, &mut ChaCha8Rng) -> T + Sync);
+
 /// A point of the box with nuisances drawn.
 pub(super) struct DrawnRun {
     pub variation: Variation,
@@ -319,9 +322,15 @@ impl Forward {
         variation
     }
 
-    /// Conditioned traces without the record's noise, at the given points and stiffness factors, each with its own
-    /// nuisances; `None` for a failed run. Numbered from `first`.
-    pub(super) fn waveforms(&self, first: u64, points: &[Point], noise: Option<&HornNoise>) -> Vec<Option<Vec<f64>>> {
+    /// Runs at the given points and stiffness factors, each with its own nuisances, as `show` makes them of their traces; `None` for a failed run.
+    /// Numbered from `first`.
+    pub(super) fn waveforms<T: Send>(
+        &self,
+        first: u64,
+        points: &[Point],
+        noise: Option<&HornNoise>,
+        show: Show<T>,
+    ) -> Vec<Option<T>> {
         let chunk = |(chunk, points): (usize, &[Point])| {
             let number = first + (chunk * LANES) as u64;
             let mut generators: Vec<ChaCha8Rng> =
@@ -331,7 +340,10 @@ impl Forward {
             let engine = if shakes.is_empty() { self.engine.clone() } else { self.engine.with_shakes(&shakes) };
             if self.comparison.averages > 1 {
                 let lanes = points.iter().zip(&mut generators).enumerate();
-                let mean = |(lane, (point, random))| self.mean_waveform(&engine, point, lane, random);
+                let mean = |(lane, (point, random)): (usize, (&Point, &mut ChaCha8Rng))| {
+                    let mean = self.mean_of_shots_at(&engine, point, lane, random)?;
+                    Some(show(self, &point.0, mean, random))
+                };
                 return lanes.map(mean).collect();
             }
             let variations: Vec<Variation> = points
@@ -341,9 +353,15 @@ impl Forward {
                 .map(|(lane, ((at, stiffness), random))| self.held(at, *stiffness, lane, random))
                 .collect();
             let traces = engine.run(&variations).into_iter().zip(points).zip(&mut generators);
-            traces.map(|((trace, (at, _)), random)| Some(self.shown(at, trace.ok()?, random))).collect::<Vec<_>>()
+            traces.map(|((trace, (at, _)), random)| Some(show(self, at, trace.ok()?, random))).collect::<Vec<_>>()
         };
         points.par_chunks(LANES).enumerate().flat_map_iter(chunk).collect()
+    }
+
+    /// A trace as the waveform is compared, and the features of the run.
+    pub(super) fn shown_with_features(&self, at: &[f64], trace: Series, random: &mut ChaCha8Rng) -> (Vec<f64>, Run) {
+        let (run, _) = self.finish(at, Ok(trace.clone()), &mut random.clone());
+        (self.shown(at, trace, random), run)
     }
 
     /// A trace conditioned by a noise-free instrument.

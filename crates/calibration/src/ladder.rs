@@ -6,13 +6,14 @@ use std::{
 };
 
 use super::{
+    agreement::DOUBTFUL,
     candidate::Candidate,
     checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
     drive::RecordedDrive,
     fidelity::{Bodies, FidelityLevel, chain_below},
     fingerprints::CandidateRuns,
-    fit::{Fit, FitError, answer, corrected, paired, searched},
+    fit::{Fit, FitError, answer, corrected, corrected_by, paired, searched},
     forward::{Forward, Run, Watch},
     likelihood::TrainingRuns,
     multi_record::MultiRecord,
@@ -62,6 +63,9 @@ pub struct FitRuns {
     /// Fidelity levels of the corrections, lowest first.
     pub fidelities: Vec<FidelityLevel>,
 }
+
+/// Least standard deviation, ln, about the chain's answer within which that of the model above is looked for.
+const LEVELS_APART: f64 = 0.02;
 
 /// Most times that a box is widened.
 const WIDEST: usize = 3;
@@ -185,7 +189,7 @@ pub(super) fn fit_levels(
         made.fidelities.push(top.keeping(own, finer));
     }
     let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
-    let mut states = saved.corrections.into_iter();
+    let (mut states, mut decided) = (saved.corrections.into_iter(), false);
     for (number, fidelity) in made.fidelities.iter().enumerate() {
         let before = made.runs.before(number);
         let done = budget as u64 + reckoned[..number].iter().sum::<u64>();
@@ -195,7 +199,10 @@ pub(super) fn fit_levels(
         let (report, cost, most) = (Arc::clone(watch), problem.cost(problem.above[number]), reckoned[number]);
         // A correction that had to look for itself makes more pairs than were reckoned with.
         let fidelity = &fidelity
-            .watched(Arc::new(move |runs| report(done + (runs.saturating_sub(before as u64) * cost).min(most))));
+            .watched(Arc::new(move |runs| {
+                let pairs = waveform::pairs_before(runs).unwrap_or_else(|| runs.saturating_sub(before as u64));
+                report(done + (pairs * cost).min(most))
+            }));
         let started = Instant::now();
         let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
         let fresh = || Correction::above(fidelity, &fit.runs, before, seed);
@@ -204,14 +211,25 @@ pub(super) fn fit_levels(
         {
             return Err(Refusal::Checkpoint(checkpoint.impossible()));
         }
-        let correction = paired(fidelity, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
-        fit = corrected(fidelity, fit, &correction).map_err(failed)?;
+        let sooner = problem.likelihood == Likelihood::Waveform && made.fidelities.len() == 1 && correction.is_none();
+        let by_waveform = if sooner { by_waveform(problem, &made.joint, &search, fidelity, &fit, fresh) } else { None };
+        let correction = match by_waveform {
+            Some((whole, correction)) => {
+                (fit, decided) = (whole, true);
+                correction
+            }
+            None => {
+                let correction = paired(fidelity, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
+                fit = corrected(fidelity, fit, &correction).map_err(failed)?;
+                correction
+            }
+        };
         made.runs.corrections.push(parted(&correction.pairs, &correction.rounds));
         corrections.push(correction);
         correcting.push(started.elapsed());
     }
-    if let (Likelihood::Waveform, Some(top), Some(pairs)) =
-        (problem.likelihood, made.fidelities.last(), corrections.last())
+    if let (Likelihood::Waveform, Some(top), Some(pairs), false) =
+        (problem.likelihood, made.fidelities.last(), corrections.last(), decided)
     {
         let started = Instant::now();
         fit = with_waveform_above(problem, made.joint.first(), top, &pairs.training(pairs.pairs.len()), fit);
@@ -251,6 +269,32 @@ fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: F
         Some(waveform) => fit.with_waveform(waveform, &training, problem.seed),
         None => fit,
     }
+}
+
+/// A fit above the chain by the waveform alone, without rounds of pairs for the amplitudes: the waveform of the chain says where, and the pairs
+/// that correct it give the features too. `None` where the waveform does not decide, or does not explain the record.
+fn by_waveform(
+    problem: &Problem,
+    joint: &MultiRecord,
+    search: &Search,
+    fidelity: &FidelityLevel,
+    fit: &Fit,
+    fresh: impl Fn() -> Correction,
+) -> Option<(Fit, Correction)> {
+    let chain = with_waveform(problem, joint, search, fit.clone());
+    let found = chain.waveform.as_ref().filter(|waveform| waveform.decides())?;
+    let deviation = |d: usize| found.covariance[d][d].sqrt().max(LEVELS_APART);
+    let deviations: Vec<f64> = (0..found.at.len()).map(deviation).collect();
+    let compared = compared(problem.lead(), joint.first())?;
+    let waveform = waveform::fit_above(compared, fidelity, &found.at, &deviations, problem.seed)?;
+    if !waveform.decides() || waveform.p < DOUBTFUL {
+        return None;
+    }
+    let correction = fresh().with_rounds(&waveform.pairs);
+    let training = correction.training(correction.pairs.len());
+    let amplitudes = corrected_by(fidelity, chain, &correction, waveform.mesh.clone()).ok()?;
+    let fit = amplitudes.with_waveform(waveform, &training, problem.seed);
+    fit.verdict.explains().then_some((fit, correction))
 }
 
 /// The same of a fit on a model above the chain.

@@ -20,6 +20,7 @@ mod response;
 mod series;
 pub mod spline;
 mod unit;
+pub mod vectors;
 mod word;
 
 pub use calculus::{derivative, integral};

@@ -60,7 +60,7 @@ impl TrainingRuns {
                 self.0.regressed(simd, self.1, self.2)
             }
         }
-        pulp::Arch::new().dispatch(Regression(self, at, squared))
+        granchain_signal::vectors::of_four(Regression(self, at, squared))
     }
 
     #[inline(always)]

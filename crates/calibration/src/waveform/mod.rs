@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
 pub use self::residual::Residual;
+pub(crate) use self::source::pairs_before;
 use self::{
     record::RecordTrace,
     rounds::Rounds,
@@ -32,7 +33,8 @@ use self::{
 use crate::{
     drive::HornNoise,
     estimate::{Estimate, UNIDENTIFIED},
-    fidelity::FidelityLevel,
+    discrepancy::Discrepancy,
+    fidelity::{FidelityLevel, Pair},
     forward::{Forward, Uncertainty},
     parameter::Parameter,
     posterior::Posterior,
@@ -75,6 +77,11 @@ pub struct WaveformFit {
     /// What is left of every record.
     #[serde(skip)]
     pub residuals: Vec<Residual>,
+    /// Pairs of the model above the chain, of every turn, and what a finer mesh changes of the features.
+    #[serde(skip)]
+    pub(crate) pairs: Vec<Vec<Pair>>,
+    #[serde(skip)]
+    pub(crate) mesh: Option<Discrepancy>,
 }
 
 /// A record with its forward model.
@@ -207,8 +214,10 @@ pub(crate) fn fit_above(
 
 /// Rounds, and again with pairs about their answer, until it lies in the middle of its pairs.
 fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> {
+    let mut pairs = Vec::new();
     for turn in 0..TURNS {
-        let paired = sources.paired(turn * BETWEEN, &start, seed)?;
+        let (paired, made) = sources.paired(turn * BETWEEN, &start, seed)?;
+        pairs.push(made);
         if turn == 0 {
             // The chain alone may lie cycles off.
             start = start.placed(&paired, seed)?;
@@ -216,7 +225,7 @@ fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> 
         let rounds = run(Rounds::about(paired, start, seed))?;
         let latest = rounds.latest()?;
         if turn + 1 == TURNS || turn > 0 && rounds.sources.distance(&latest.at) < NEAR {
-            return said(&rounds);
+            return said(&rounds).map(|fit| WaveformFit { pairs, ..fit });
         }
         start = Start::behind(latest);
     }
@@ -292,5 +301,7 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         settled: rounds.settled,
         difference: sources.records[0].difference.clone(),
         residuals: answer.residuals,
+        pairs: Vec::new(),
+        mesh: answer.mesh,
     })
 }

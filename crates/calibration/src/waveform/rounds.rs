@@ -12,7 +12,7 @@ use super::{
     source::Sources,
     start::Start,
 };
-use crate::search::SearchState;
+use crate::{discrepancy::Discrepancy, search::SearchState};
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 
 /// Runs of the first round, and of every further one.
@@ -94,6 +94,8 @@ pub(super) struct Answer {
     pub solution: Solution,
     pub p: f64,
     pub residuals: Vec<Residual>,
+    /// What a finer mesh changes of the features.
+    pub mesh: Option<Discrepancy>,
 }
 
 impl Rounds {
@@ -307,7 +309,7 @@ impl Rounds {
     /// What the last rounds say together, by runs corrected for their step.
     pub fn answer(&self) -> Option<Answer> {
         let latest = self.latest()?;
-        let finer = self.sources.finer(self.runs, &latest.at);
+        let (finer, mesh) = self.sources.finer(self.runs, &latest.at);
         let longest = |record: usize| finer.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
         let ensemble = self.near(latest, MOST_TOGETHER, &longest)?;
         let mut known = self.known();
@@ -318,7 +320,7 @@ impl Rounds {
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
         let shots = self.sources.alpha().filter(|_| self.sources.records() > 1 && self.sources.shares_level());
         let residuals = ensemble.residuals(&known, &solution, shots)?;
-        Some(Answer { solution, p, residuals })
+        Some(Answer { solution, p, residuals, mesh })
     }
 }
 

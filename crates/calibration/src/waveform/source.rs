@@ -6,6 +6,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::{
+    BETWEEN,
     columns::Nuisances,
     difference::{Difference, differences},
     ensemble::{Known, beside},
@@ -14,17 +15,17 @@ use super::{
     start::Start,
 };
 use crate::{
-    discrepancy::{CHAIN_ERROR, LEFT, MESH_ERROR},
+    discrepancy::{CHAIN_ERROR, Discrepancy, LEFT, MESH_ERROR},
     drive::HornNoise,
-    fidelity::FidelityLevel,
-    forward::{Forward, Point},
+    fidelity::{FidelityLevel, Pair},
+    forward::{Forward, Point, Run, Show},
     parameter::{Parameter, Target, reflect},
 };
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 
 /// Pairs of runs that tell what a finer step changes, and those that tell what a finer mesh does.
 const PAIRS: usize = 16;
-const MESH_PAIRS: usize = 5;
+const MESH_PAIRS: usize = 8;
 
 /// Pairs that tell what the model above the chain changes.
 const PAIRS_ABOVE: usize = 24;
@@ -54,6 +55,12 @@ pub(super) struct Sources {
 
 /// Change of one record's trace with a finer step: the mean, and columns of its uncertainty.
 pub(super) type Correction = (Vec<f64>, Mat<f64>);
+
+/// Traces of runs as they are compared; `None` for a failed run.
+type Traces = Vec<Option<Vec<f64>>>;
+
+/// Traces of runs and their features.
+type WithFeatures = (Traces, Vec<Run>);
 
 impl Source {
     pub fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace) -> Self {
@@ -104,18 +111,23 @@ impl Sources {
         self.records.iter().map(of).collect::<Option<_>>().unwrap_or_default()
     }
 
-    /// The same with what the model above the chain changes, by pairs numbered from `first` where rounds would begin; `None` where too few finish.
-    pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<Self> {
+    /// The same with what the model above the chain changes, by pairs numbered from `first` where rounds would begin, and these pairs; `None` where too
+    /// few finish.
+    pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<(Self, Vec<Pair>)> {
         let lower = diagonal(&start.half.iter().map(|half| 0.5 * half).collect::<Vec<f64>>());
         let at = start.drawn(self, PAIRS_ABOVE, (seed as u32).wrapping_add(first as u32));
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
-        let mut sources = self.clone();
+        let (mut sources, mut pairs) = (self.clone(), Vec::new());
         for source in &mut sources.records {
-            let own = source.runs(NUMBERED + first, &points, None)?;
-            let above = source.runs_above(source.above.as_ref()?, NUMBERED + first, &points);
+            let noise = source.noise.as_ref();
+            let show: Show<_> = &Forward::shown_with_features;
+            let own = source.forward.waveforms(NUMBERED + first, &points, noise, show);
+            let (own, lower_runs) = source.with_features(&points, own);
+            let (above, upper_runs) = source.runs_above(source.above.as_ref()?, NUMBERED + first, &points);
             source.difference = Some(Arc::new(Difference::of((&start.centre, &lower), &at, own, above)?));
+            pairs = lower_runs.into_iter().zip(upper_runs).map(|(lower, upper)| Pair { lower, upper }).collect();
         }
-        Some(sources)
+        Some((sources, pairs))
     }
 
     /// Largest distance of a point from the middle of the pairs, in their spread.
@@ -174,7 +186,7 @@ impl Sources {
 
     /// Traces of every record, one run per point, numbered from `first`; each lasts `cycles`, or as long as is
     /// compared.
-    pub fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Vec<Option<Vec<f64>>>>> {
+    pub fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Traces>> {
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let of = |source: &Source| {
             let mut runs = source.runs(NUMBERED + first, &points, cycles)?;
@@ -210,20 +222,21 @@ impl Sources {
     }
 
     /// What a finer step of the model that answers changes at a point, or a finer mesh, by runs numbered from `first`, with what is not known of that
-    /// model. Empty where nothing is known of it.
-    pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
+    /// model. Empty where nothing is known of it. For a mesh also what it changes of the features.
+    pub fn finer(&self, first: u64, at: &[f64]) -> (Vec<Correction>, Option<Discrepancy>) {
         let of = |source: &Source| source.finer(NUMBERED + first, self.point(at));
         let finer = self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default();
-        let differing = self.differing();
+        let (finer, mut features): (Vec<Correction>, Vec<Option<Discrepancy>>) = finer.into_iter().unzip();
+        let (differing, features) = (self.differing(), features.pop().flatten());
         if finer.is_empty() || differing.is_empty() {
-            return if finer.is_empty() { differing } else { finer };
+            return (if finer.is_empty() { differing } else { finer }, features);
         }
         let both = |((mean, finer), (_, differing)): (Correction, Correction)| {
             let rows = mean.len().min(differing.nrows());
             let columns = beside(&[finer.as_ref().subrows(0, rows), differing.as_ref().subrows(0, rows)]);
             (mean[..rows].to_vec(), columns)
         };
-        finer.into_iter().zip(differing).map(both).collect()
+        (finer.into_iter().zip(differing).map(both).collect(), features)
     }
 }
 
@@ -241,43 +254,61 @@ fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>, error: f
 
 impl Source {
     /// Runs, as the record is compared with them, of so many cycles or of as many as are compared.
-    fn runs(&self, first: u64, points: &[Point], cycles: Option<f64>) -> Option<Vec<Option<Vec<f64>>>> {
+    fn runs(&self, first: u64, points: &[Point], cycles: Option<f64>) -> Option<Traces> {
         let (scene, noise) = (self.forward.scene(), self.noise.as_ref());
         let made = match cycles.map(|cycles| cycles / scene.drive.frequency).filter(|it| *it < scene.duration) {
-            Some(duration) => self.forward.lasting(duration).ok()?.waveforms(first, points, noise),
-            None => self.forward.waveforms(first, points, noise),
+            Some(duration) => self.forward.lasting(duration).ok()?.waveforms(first, points, noise, &Forward::shown),
+            None => self.forward.waveforms(first, points, noise, &Forward::shown),
         };
         Some(self.whitened(made))
     }
 
-    fn whitened(&self, made: Vec<Option<Vec<f64>>>) -> Vec<Option<Vec<f64>>> {
+    fn whitened(&self, made: Traces) -> Traces {
         made.into_par_iter().map(|trace| Some(whitened(&trace?, self.trace.step, self.trace.corner))).collect()
     }
 
-    /// The same runs of a model above the chain.
-    fn runs_above(&self, above: &FidelityLevel, first: u64, points: &[Point]) -> Vec<Option<Vec<f64>>> {
-        self.whitened(above.waveforms(first, points, self.noise.as_ref()))
+    /// The same runs of a model above the chain, with their features.
+    fn runs_above(&self, above: &FidelityLevel, first: u64, points: &[Point]) -> WithFeatures {
+        self.with_features(points, above.waveforms(first, points, self.noise.as_ref(), &Forward::shown_with_features))
     }
 
-    /// What a finer step or mesh changes at a point.
-    fn finer(&self, first: u64, point: Point) -> Option<Correction> {
+    fn with_features(&self, points: &[Point], made: Vec<Option<(Vec<f64>, Run)>>) -> WithFeatures {
+        let failed = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err("the run failed".into()) };
+        let each = made.into_iter().zip(points).map(|(made, (at, _))| match made {
+            Some((trace, run)) => (Some(trace), run),
+            None => (None, failed(at)),
+        });
+        let (traces, runs) = each.unzip();
+        (self.whitened(traces), runs)
+    }
+
+    /// What a finer step or mesh changes at a point; for a mesh with its change of the features.
+    fn finer(&self, first: u64, point: Point) -> Option<(Correction, Option<Discrepancy>)> {
         if let Some(above) = &self.above {
             let (points, finer) = (vec![point; MESH_PAIRS], above.finer()?);
-            let [own, finer] = [above, finer].map(|level| self.runs_above(level, first, &points));
+            let [(own, runs), (finer, finer_runs)] =
+                [above, finer].map(|level| self.runs_above(level, first, &points));
             let (mean, columns) = correction(own, finer, MESH_ERROR)?;
             let left = Mat::from_fn(mean.len(), 1, |t, _| LEFT * mean[t]);
             let columns = beside(&[columns.as_ref(), left.as_ref()]);
-            return Some((mean, columns));
+            return Some(((mean, columns), Discrepancy::of(&runs, &finer_runs, MESH_ERROR)));
         }
         let finer = Self { forward: self.forward.refined()?, ..self.clone() };
         let points = vec![point; PAIRS];
         let (own, finer) = rayon::join(|| self.runs(first, &points, None), || finer.runs(first, &points, None));
-        correction(own?, finer?, CHAIN_ERROR)
+        Some((correction(own?, finer?, CHAIN_ERROR)?, None))
     }
 }
 
 /// Number of the first run of this stage: above all others.
 const NUMBERED: u64 = 1 << 34;
+
+/// Pairs made before run `number` of a model above the chain; `None` for a run of another stage.
+pub(crate) fn pairs_before(number: u64) -> Option<u64> {
+    let own = number.checked_sub(NUMBERED)?;
+    let pairs = PAIRS_ABOVE as u64;
+    Some(own / BETWEEN * pairs + (own % BETWEEN).min(pairs))
+}
 
 /// Least mean square of record minus run over six cycles from the record's onset, over the record's own, for any
 /// alignment; and the sample of the record at the run's first there.

@@ -293,7 +293,7 @@ impl Work {
     }
 
     fn all_steps<const DAMPED: Terms, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
-        pulp::Arch::new().dispatch(AllSteps::<DAMPED, SUPPORT> { work: self, ensemble });
+        granchain_signal::vectors::widest(AllSteps::<DAMPED, SUPPORT> { work: self, ensemble });
     }
 
     #[inline(always)]

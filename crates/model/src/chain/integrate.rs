@@ -232,7 +232,7 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Run<'a, DAMPED, L> {
                     pace = Pace::SinceClosing { closing: self.time, root: 0.0, step: self.after_closing.sqrt() };
                 }
             }
-            pace = pulp::Arch::new().dispatch(ToStop { run: &mut self, stop, pace, grid, progress })?;
+            pace = granchain_signal::vectors::of_four(ToStop { run: &mut self, stop, pace, grid, progress })?;
         }
         Ok(self.settle())
     }

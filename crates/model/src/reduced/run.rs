@@ -222,7 +222,7 @@ fn advance<N: Number, B: Backing<N>>(motion: &mut Motion<'_, N, B>, position: N,
             self.0.advance(self.1, self.2);
         }
     }
-    pulp::Arch::new().dispatch(Step(motion, position, velocity));
+    granchain_signal::vectors::widest(Step(motion, position, velocity));
 }
 
 #[derive(Debug)]

@@ -125,7 +125,7 @@ impl PistonMotion for Motion {
     fn sample(&self, times: &[f64], displacements: &mut [f64], velocities: &mut [f64]) {
         match self.shape {
             Shape::Sine { angular } => {
-                pulp::Arch::new().dispatch(Sine { motion: self, angular, times, displacements, velocities });
+                granchain_signal::vectors::of_four(Sine { motion: self, angular, times, displacements, velocities });
             }
             _ => one_by_one(self, times, displacements, velocities),
         }

@@ -106,7 +106,7 @@ pub(super) fn moments<const K: usize>(series: &Series, window: Window, frequency
             sums(self.0, self.1, self.2)
         }
     }
-    pulp::Arch::new().dispatch(Sums(series, window, frequency))
+    crate::vectors::of_four(Sums(series, window, frequency))
 }
 
 #[inline(always)]

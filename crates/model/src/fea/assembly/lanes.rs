@@ -23,7 +23,7 @@ pub(crate) trait Kernel {
 
 /// Run a kernel on rows of `width` numbers: widths are 1, 2, 4, 6, 8, 12 or multiples of 8.
 pub(crate) fn run(width: usize, kernel: impl Kernel) {
-    pulp::Arch::new().dispatch(Dispatch { width, kernel });
+    granchain_signal::vectors::of_four(Dispatch { width, kernel });
 }
 
 struct Dispatch<K> {

@@ -42,7 +42,7 @@ pub(super) const BLOCKS: [usize; 4] = [6, 4, 2, 1];
 
 /// Run a kernel on a block of 1, 2, 4 or 6 columns.
 pub(super) fn run(columns: usize, kernel: impl Kernel) {
-    pulp::Arch::new().dispatch(Dispatch { columns, kernel });
+    granchain_signal::vectors::of_four(Dispatch { columns, kernel });
 }
 
 struct Dispatch<K> {

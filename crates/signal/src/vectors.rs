@@ -1,0 +1,23 @@
+//! Loops compiled for the vector instructions of the machine.
+
+use pulp::{Arch, NullaryFnOnce, WithSimd};
+
+/// Runs a loop whose results do not depend on the width of the vectors, on the widest.
+pub fn widest<Op: NullaryFnOnce>(op: Op) -> Op::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(wide) = pulp::x86::V4::try_new() {
+        return wide.vectorize(op);
+    }
+    Arch::new().dispatch(op)
+}
+
+/// Runs a kernel on vectors of four numbers where the machine has them: its sums depend on their number.
+pub fn of_four<Op: WithSimd>(op: Op) -> Op::Output {
+    #[cfg(target_arch = "x86_64")]
+    return match pulp::x86::V3::try_new() {
+        Some(four) => pulp::Simd::vectorize(four, op),
+        None => pulp::Simd::vectorize(pulp::Scalar, op),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    Arch::new().dispatch(op)
+}
