@@ -93,8 +93,7 @@ const SESSION: [&str; 6] = ["json", "quiet", "threads", "cache", "seed", "no_lim
 const SESSION_FLAGS: &str =
     "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
 
-const OUT_OF_CALIBRATE: &str =
-    "Folder for the results, written as a whole or not at all [default: calibrations/NAME]";
+const OUT_OF_CALIBRATE: &str = "Folder for the results, written as a whole or not at all [default: calibrations/NAME]";
 const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
                                   the record, else the scene's drive]";
 

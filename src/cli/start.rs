@@ -320,7 +320,10 @@ fn definition(
     if bead.kind == RecordKind::Hydrophone {
         line(format!("quantity = '{}'", Measurand::Pressure.name()));
     }
-    line("\n# How the files are read: sensitivity of a column in volts, delay, sign (docs/formats.md has every key).".into());
+    line(
+        "\n# How the files are read: sensitivity of a column in volts, delay, sign (docs/formats.md has every key)."
+            .into(),
+    );
     let channels = [
         (
             "reading",

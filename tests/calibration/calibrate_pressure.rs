@@ -90,7 +90,7 @@ fn what_cannot_be_is_refused_with_what_to_do() {
     assert!(said.contains("--quantity pressure"), "{said}");
     let velocity = "measurements/twin-annulus/vib.csv";
     let said = refused(&["--quantity", "pressure", "--measured", velocity, "--drive", "none"]);
-    assert!(said.contains("expected a pressure") && said.contains("without --quantity pressure"), "{said}");
+    assert!(said.contains("expected a pressure") && said.contains("leave out --quantity pressure"), "{said}");
     let said = refused(&["--quantity", "pressure", "--measured", "measurements/annulus-73khz/features.toml"]);
     assert!(said.contains("published features are of the velocity"), "{said}");
     let said = refused(&["--measured", velocity, "--mount", "clamped"]);

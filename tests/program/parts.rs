@@ -240,7 +240,11 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
     usage(&["merge", "1.part"], &["--out DIR"]);
     usage(&["merge", "1.part", "--out", "far", "--seed", "3"], &["--seed would do nothing"]);
     usage(&["merge", "--out", "far"], &["FILE"]);
-    refused(folder, &["merge", "none.part", "--out", "far"], &["none.part: expected a file written by --part, found none"]);
+    refused(
+        folder,
+        &["merge", "none.part", "--out", "far"],
+        &["none.part: expected a file written by --part, found none"],
+    );
     assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
 }
 

@@ -119,7 +119,7 @@ fn the_window_can_be_overridden_and_lines_it_cannot_resolve_are_absent_with_the_
     assert!(third["reason"].as_str().unwrap().contains("window holds 2.4 of its periods"), "{third}");
     let refused = granchain(folder.path(), &["vib.csv", "--from", "2ms", "--to", "3ms"]).output().unwrap();
     assert_eq!(refused.status.code(), Some(1));
-    assert!(String::from_utf8(refused.stderr).unwrap().contains("--from and --to inside it"));
+    assert!(String::from_utf8(refused.stderr).unwrap().contains("set --from before --to, both inside it"));
     let reversed = granchain(folder.path(), &["vib.csv", "--from", "3us", "--to", "2us"]).output().unwrap();
     assert_eq!(reversed.status.code(), Some(2));
 }

@@ -38,12 +38,7 @@ impl Forward {
         self.mean_of_shots(engine, &drawn, random).ok()
     }
 
-    fn mean_of_shots(
-        &self,
-        engine: &Engine,
-        drawn: &DrawnRun,
-        random: &mut ChaCha8Rng,
-    ) -> Result<Series, ModelError> {
+    fn mean_of_shots(&self, engine: &Engine, drawn: &DrawnRun, random: &mut ChaCha8Rng) -> Result<Series, ModelError> {
         let jitter = JITTER * random.random::<f64>();
         let mut shots = vec![drawn.variation.clone()];
         shots.resize_with(self.comparison.averages.min(MOST_SHOTS), || {

@@ -28,7 +28,7 @@ use super::{
     problem::{Problem, program},
     recorded_run::RecordedRun,
     refusal::Refusal,
-    statement,
+    statement, waveform,
 };
 use granchain_model::{
     Estimate,
@@ -94,7 +94,9 @@ impl Problem {
     /// Work of one candidate on each fidelity level above the chain.
     pub(super) fn work_above(&self) -> Vec<u64> {
         let most = self.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
-        self.above.iter().map(|kind| most_pairs(most) as u64 * self.cost(*kind)).collect()
+        let by_waveform = self.likelihood == Likelihood::Waveform && self.above.len() == 1;
+        let pairs = if by_waveform { waveform::USUAL_PAIRS } else { most_pairs(most) as u64 };
+        self.above.iter().map(|kind| pairs * self.cost(*kind)).collect()
     }
 
     /// Cost of one run of a model, in chain runs.

@@ -198,11 +198,10 @@ pub(super) fn fit_levels(
         }
         let (report, cost, most) = (Arc::clone(watch), problem.cost(problem.above[number]), reckoned[number]);
         // A correction that had to look for itself makes more pairs than were reckoned with.
-        let fidelity = &fidelity
-            .watched(Arc::new(move |runs| {
-                let pairs = waveform::pairs_before(runs).unwrap_or_else(|| runs.saturating_sub(before as u64));
-                report(done + (pairs * cost).min(most))
-            }));
+        let fidelity = &fidelity.watched(Arc::new(move |runs| {
+            let pairs = waveform::pairs_before(runs).unwrap_or_else(|| runs.saturating_sub(before as u64));
+            report(done + (pairs * cost).min(most))
+        }));
         let started = Instant::now();
         let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
         let fresh = || Correction::above(fidelity, &fit.runs, before, seed);

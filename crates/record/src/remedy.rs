@@ -39,9 +39,7 @@ pub(super) fn other_record(kind: RecordKind, found: Dimension) -> &'static str {
         (RecordKind::Vibrometer, Dimension::PRESSURE) => {
             "; a hydrophone's record is calibrated on with --quantity pressure, and inspected with --kind hydrophone"
         }
-        (RecordKind::Hydrophone, Dimension::VELOCITY) => {
-            "; for a vibrometer record leave out --quantity pressure"
-        }
+        (RecordKind::Hydrophone, Dimension::VELOCITY) => "; for a vibrometer record leave out --quantity pressure",
         (RecordKind::Vibrometer, Dimension::LENGTH) => {
             "; a horn tip's record is given with --drive: are the two files swapped?"
         }

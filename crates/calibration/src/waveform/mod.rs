@@ -31,9 +31,9 @@ use self::{
     start::Start,
 };
 use crate::{
+    discrepancy::Discrepancy,
     drive::HornNoise,
     estimate::{Estimate, UNIDENTIFIED},
-    discrepancy::Discrepancy,
     fidelity::{FidelityLevel, Pair},
     forward::{Forward, Uncertainty},
     parameter::Parameter,
@@ -107,6 +107,9 @@ const AGAIN: f64 = 0.01;
 const TURNS: u64 = 4;
 const NEAR: f64 = 1.5;
 const BETWEEN: u64 = 1 << 20;
+
+/// Pairs that a fit above the chain usually makes: two turns, and those on a finer mesh.
+pub(crate) const USUAL_PAIRS: u64 = 64;
 
 /// 95 % quantile of the standard normal distribution.
 pub(crate) const QUANTILE: f64 = 1.644_853_627;

@@ -286,8 +286,7 @@ impl Source {
     fn finer(&self, first: u64, point: Point) -> Option<(Correction, Option<Discrepancy>)> {
         if let Some(above) = &self.above {
             let (points, finer) = (vec![point; MESH_PAIRS], above.finer()?);
-            let [(own, runs), (finer, finer_runs)] =
-                [above, finer].map(|level| self.runs_above(level, first, &points));
+            let [(own, runs), (finer, finer_runs)] = [above, finer].map(|level| self.runs_above(level, first, &points));
             let (mean, columns) = correction(own, finer, MESH_ERROR)?;
             let left = Mat::from_fn(mean.len(), 1, |t, _| LEFT * mean[t]);
             let columns = beside(&[columns.as_ref(), left.as_ref()]);

@@ -456,14 +456,18 @@ pub const KEYS: &[Key] = &[
             |scene| if scene.model.kind == ModelKind::Fea { text(scene.model.fea.contact_mass.name()) } else { None },
         )
         .when(&[Is("model.kind", &["fea"])]),
-    key("model.integrator", ValueKind::Choice(INTEGRATORS), "time integration: the first two for chain, the rest for fea")
-        .value(|scene| match (scene.model.kind, scene.model.integrator) {
-            (ModelKind::Reduced, _) => None,
-            (ModelKind::Fea, _) => text(scene.model.fea.scheme.name()),
-            (ModelKind::Chain, integrator) => text(integrator.name()),
-        })
-        .usually("dormand-prince-853; symplectic before a disc; trapezoid of the fea")
-        .when(&[Is("model.kind", &["chain", "fea"])]),
+    key(
+        "model.integrator",
+        ValueKind::Choice(INTEGRATORS),
+        "time integration: the first two for chain, the rest for fea",
+    )
+    .value(|scene| match (scene.model.kind, scene.model.integrator) {
+        (ModelKind::Reduced, _) => None,
+        (ModelKind::Fea, _) => text(scene.model.fea.scheme.name()),
+        (ModelKind::Chain, integrator) => text(integrator.name()),
+    })
+    .usually("dormand-prince-853; symplectic before a disc; trapezoid of the fea")
+    .when(&[Is("model.kind", &["chain", "fea"])]),
     number("model.numerical_dissipation", Dimension::NONE, Bound::Finite, "α of hht, g of newmark")
         .number(|scene| match scene.model.fea.scheme {
             Scheme::HilberHughesTaylor { dissipation } | Scheme::Newmark { dissipation }

@@ -320,7 +320,8 @@ fn pairs(law: &Law<'_>) -> Option<Plate> {
     if law.drawn.pairs.is_empty() {
         return None;
     }
-    let title = format!("Posterior density of every pair of parameters near the fit, summed over the others, {}.", law.name());
+    let title =
+        format!("Posterior density of every pair of parameters near the fit, summed over the others, {}.", law.name());
     let mut figure = Figure::new(title).sized(PAGE_WIDTH_MM, 2);
     for PairMap { first, second, map } in &law.drawn.pairs {
         let [first, second] = [law.parameters.get(*first)?, law.parameters.get(*second)?];
