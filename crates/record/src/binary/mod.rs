@@ -8,6 +8,7 @@
 //! | LeCroy, Teledyne `.trc` | `WAVEDESC` | LeCroy, template `LECROY_2_3` |
 //! | Tektronix `.isf` | `:WFMP` | Tektronix, programmer manuals, `WFMOutpre` |
 //! | Keysight, Agilent, Rigol `.bin` | `AG` or `RG` and two digits | Keysight, *InfiniiVision Binary Waveform File Format* |
+//! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
 //! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
 //! | WAV | `RIFF` | – |
 
@@ -16,6 +17,7 @@ mod keysight;
 mod lecroy;
 mod matlab;
 mod numpy;
+mod rigol;
 mod rohde_schwarz;
 mod tdms;
 mod tektronix;
@@ -71,7 +73,7 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         _ if head.starts_with(b":WFMP") || head.starts_with(b":CURV") => tektronix::read,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
-        _ => return None,
+        _ => return rigol::reader(head),
     })
 }
 
