@@ -76,7 +76,7 @@ pub struct ChannelArguments {
     #[arg(long, value_name = "UNIT", value_parser = motion_unit, help_heading = "Reading")]
     pub unit: Option<String>,
     /// Sensitivity, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa'
-    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, help_heading = "Reading")]
+    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, allow_hyphen_values = true, help_heading = "Reading")]
     pub scale: Option<Sensitivity>,
     /// Sample rate of a file without a column of time, such as 5MHz
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]

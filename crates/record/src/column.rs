@@ -285,6 +285,10 @@ pub(super) fn choose(
     let (time, value, time_factor, mut value_unit) = match (time, value, time_factor, value_unit) {
         (Ok(time), Ok(value), Ok(time_factor), Ok(value_unit)) => (time, value, time_factor, value_unit),
         (time, value, time_factor, value_unit) => {
+            // Of a spectrum nothing else matters.
+            if let Err(spectrum @ MeasurementError::Spectrum { .. }) = time {
+                return Err(spectrum);
+            }
             let errors = [time.err(), value.err(), time_factor.err(), value_unit.err()];
             return Err(MeasurementError::of_all(errors.into_iter().flatten().collect()));
         }

@@ -84,8 +84,9 @@ pub(super) fn times(announced: usize, found: usize) -> String {
     format!("{found}, {} times as many", found / announced.max(1))
 }
 
-pub(super) fn remedies(errors: &[MeasurementError]) -> String {
-    errors.iter().filter_map(MeasurementError::remedy).collect::<Vec<_>>().join(" ")
+/// The flags that resolve all errors; `None` if no flag resolves one of them.
+pub(super) fn remedies(errors: &[MeasurementError]) -> Option<String> {
+    errors.iter().map(MeasurementError::remedy).collect::<Option<Vec<_>>>().map(|flags| flags.join(" "))
 }
 
 impl MeasurementError {
@@ -98,7 +99,7 @@ impl MeasurementError {
     #[must_use]
     pub fn remedy(&self) -> Option<String> {
         Some(match self {
-            Self::Several(errors) => remedies(errors),
+            Self::Several(errors) => return remedies(errors),
             Self::Ambiguous { flag, candidates, numbers, .. } => {
                 // What has no unit may be anything, also a time or a counter: then nothing is proposed.
                 let known = Column::from_header(candidates.first()?).unit.is_some_and(|unit| unit.is_ok());
@@ -116,7 +117,7 @@ impl MeasurementError {
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),
-            Self::NoHeader { .. } => "--read time_unit=UNIT --unit UNIT".into(),
+            Self::NoHeader { flags, .. } => flags.clone(),
             _ => return None,
         })
     }

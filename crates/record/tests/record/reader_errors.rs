@@ -85,7 +85,7 @@ fn no_header() {
     assert_eq!(
         refused("0,1\n1,2\n"),
         "vib.csv:1: expected a header that names the columns with their units, found `0,1`; add one such as \
-         `time_s,velocity_mm_per_s`, or pass both --read time_unit=UNIT and --unit UNIT"
+         `time_s,velocity_mm_per_s`, or pass --read time_unit=UNIT --unit UNIT"
     );
 }
 
