@@ -37,10 +37,9 @@ pub(super) struct Decoded<'a> {
     pub foreign: Option<(u64, u8)>,
 }
 
-const MAGIC: [(&[u8], &str); 10] = [
+const MAGIC: [(&[u8], &str); 9] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
-    (b"\x89HDF", "an HDF5 file (or MATLAB 7.3)"),
     (b"MATLAB 5.0", "a MATLAB file"),
     (b"RIFF", "a RIFF (WAV) file"),
     (b"\x1f\x8b", "gzip-compressed data"),

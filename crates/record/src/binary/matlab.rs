@@ -1,7 +1,7 @@
 //! MATLAB `.mat` of versions 5 to 7: matrices of real numbers, also within structures.
 //!
 //! Behind a header of 128 bytes follow elements of a type, a length and data that fill up to eight bytes; a compressed element is a zlib stream of one
-//! element. A matrix holds its flags, sizes, name and real part. Version 7.3 is HDF5 and is refused with what to type.
+//! element. A matrix holds its flags, sizes, name and real part.
 
 use std::{io::Read as _, path::Path};
 

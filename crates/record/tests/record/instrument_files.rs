@@ -90,6 +90,19 @@ fn what_is_missing_is_asked_for_and_a_file_cut_anywhere_is_refused_or_shorter() 
 }
 
 #[test]
+fn hdf5_is_named_with_three_lines_of_python() {
+    for head in [&b"MATLAB 7.3 MAT-file, Platform: GLNXA64"[..], b"\x89HDF\r\n\x1a\n"] {
+        let refused = read_record_bytes(Path::new("a/shot 1.mat"), head, Some(RecordKind::Vibrometer), &options());
+        let message = refused.unwrap_err().to_string();
+        let lines: Vec<&str> = message.lines().skip(1).map(str::trim).collect();
+        assert_eq!(lines.len(), 3, "{message}");
+        assert_eq!(lines[1], "file = h5py.File(\"shot 1.mat\")");
+        assert!(lines[2].starts_with("numpy.savez(\"shot 1.npz\", **{"), "{message}");
+        assert_eq!(message.contains("save(NAME, '-v7')"), head.starts_with(b"MATLAB"), "{message}");
+    }
+}
+
+#[test]
 fn series_of_rigol_whose_volts_are_unknown_are_named() {
     for (head, named) in [
         (&b"\xa1\xa5\0\0"[..], "DS1000C"),
