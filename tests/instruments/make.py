@@ -65,6 +65,26 @@ body = waveform(v, b"1") + waveform(2 * v, b"2")
 open("two-channels.bin", "wb").write(b"AG10" + struct.pack("<ii", 12 + len(body), 2) + body)
 
 
+# Tektronix .wfm, versions 1 (most significant byte first, 16 bits) and 3 (8 bits), 16 samples before the record and 4 behind it.
+def tektronix(name, order, version, volts, time, curve, kind, gain, zero):
+    d = bytearray(curve + 30)
+    d[0:10] = (b"\x0f\x0f" if order == "<" else b"\xf0\xf0") + b":WFM#00%d" % version
+    width = kind.itemsize
+    struct.pack_into(order + "BI", d, 15, width, len(d))
+    struct.pack_into("32s", d, 40, b"bead 6")
+    struct.pack_into(order + "I", d, 122, 2)
+    struct.pack_into(order + "ddI20s", d, volts, gain, zero, 1, b"V")
+    struct.pack_into(order + "I", d, volts + 72, {"h": 0, "b": 7}[kind.char])
+    struct.pack_into(order + "ddI20s", d, time, STEP, START, N + 20, b"s")
+    struct.pack_into(order + "5I", d, curve + 10, 0, 16 * width, (16 + N) * width, (20 + N) * width, 0)
+    whole = np.concatenate([np.full(16, -3), np.round((v - zero) / gain), np.full(4, -3)])
+    open(name, "wb").write(d + whole.astype(kind).tobytes())
+
+
+tektronix("tektronix-1.wfm", ">", 1, 166, 478, 790, np.dtype(">i2"), 1e-5, 0.05)
+tektronix("tektronix-3.wfm", "<", 3, 168, 488, 808, np.dtype("<i1"), 2.5e-3, 0.05)
+
+
 # Rigol: one byte a sample; the record's middle in ps.
 def counts(values, step, zero):
     return np.round(values / step + zero).astype(np.uint8).tobytes()

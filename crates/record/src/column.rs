@@ -416,6 +416,7 @@ fn choose_value(
             place: Place::line(path, line),
             kind,
             columns: columns.iter().map(|column| column.header.clone()).collect(),
+            open: others(&|column| column.unit.is_none()).into_iter().map(|i| columns[i].header.clone()).collect(),
         }),
         ref several => Err(ambiguous(path, line, columns, several, "--channel")),
     }

@@ -69,9 +69,6 @@ fn refuse_magic(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
     match magic {
         Some((_, what)) => Err(binary(path, what)),
         None if within(b"WAVEDESC") => Err(binary(path, "a LeCroy file (.trc)")),
-        None if bytes.get(2..).is_some_and(|rest| rest.starts_with(b":WFM#")) => {
-            Err(binary(path, "a Tektronix file (.wfm)"))
-        }
         None => Ok(()),
     }
 }

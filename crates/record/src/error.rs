@@ -147,7 +147,13 @@ pub enum MeasurementError {
         "{place}: a {} record needs {}; found the columns {}; rename one, or pass --channel and --unit",
         kind.name(), wanted(*kind), listed(columns)
     )]
-    NoQuantity { place: Place, kind: RecordKind, columns: Vec<String> },
+    NoQuantity {
+        place: Place,
+        kind: RecordKind,
+        columns: Vec<String>,
+        /// Of these the ones without a unit, which may be meant.
+        open: Vec<String>,
+    },
     #[error(
         "{place}: expected the force of a sensor in newtons or volts, found {}; the columns are {}; choose one with --channel",
         if found.is_empty() { "none".into() } else { listed(found) }, listed(columns)

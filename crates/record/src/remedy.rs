@@ -2,7 +2,7 @@
 
 use granchain_signal::Dimension;
 
-use super::{MeasurementError, RecordKind, column::Column, shell::shell_word};
+use super::{MeasurementError, RecordKind, column::Column, shell::shell_word, universal::UniversalError};
 
 pub(super) fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -114,6 +114,14 @@ impl MeasurementError {
                 RecordKind::Vibrometer => "--scale '<VALUE> mm/s/V'".into(),
                 RecordKind::Hydrophone => "--scale '<VALUE> mV/MPa'".into(),
             },
+            Self::NoQuantity { open, .. } => match &open[..] {
+                [] => return None,
+                [only] => format!("--channel {} --unit UNIT", shell_word(only)),
+                _ => "--channel NAME --unit UNIT".into(),
+            },
+            Self::Segments { wanted: None, .. } | Self::Universal(UniversalError::Several { wanted: None, .. }) => {
+                "--read dataset=N".into()
+            }
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),

@@ -7,6 +7,7 @@
 //! | NI TDMS | `TDSm` | National Instruments, *TDMS File Format Internal Structure* |
 //! | LeCroy, Teledyne `.trc` | `WAVEDESC` | LeCroy, template `LECROY_2_3` |
 //! | Tektronix `.isf` | `:WFMP` | Tektronix, programmer manuals, `WFMOutpre` |
+//! | Tektronix `.wfm` | `:WFM#00` behind the order of bytes | Tektronix, *Reference Waveform File Format* |
 //! | Keysight, Agilent, Rigol `.bin` | `AG` or `RG` and two digits | Keysight, *InfiniiVision Binary Waveform File Format* |
 //! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
 //! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
@@ -74,6 +75,7 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         _ if head.starts_with(b"MATLAB 5.0") => matlab::read,
         _ if hdf5::is_file(head) => hdf5::refuse,
         _ if head.starts_with(b":WFMP") || head.starts_with(b":CURV") => tektronix::read,
+        _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
         _ => return rigol::reader(head),

@@ -42,7 +42,9 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         ("curve.isf", &options(), 0.1, -1e-5, 5.1e-7),
         ("two-channels.bin", &channel("1"), 0.1, -1e-5, 4e-9),
         ("two-channels.bin", &channel("2"), 0.2, -1e-5, 4e-9),
+        ("tektronix-1.wfm", &options(), 0.1, -1e-5, 5.1e-7),
         // Of one byte: half a step.
+        ("tektronix-3.wfm", &options(), 0.1, -1e-5, 1.26e-4),
         ("rigol-e.wfm", &channel("CH2"), 0.1, -1e-5, 2.01e-4),
         ("rigol-b.wfm", &channel("CH2"), 0.1, -1e-5, 2.51e-4),
         ("rigol-b.wfm", &channel("CH4"), -0.1, -1e-5, 2.51e-4),
@@ -114,6 +116,18 @@ fn series_of_rigol_whose_volts_are_unknown_are_named() {
         let refused = read_record_bytes(Path::new("a.wfm"), &bytes, Some(RecordKind::Vibrometer), &options());
         let message = refused.unwrap_err().to_string();
         assert!(message.contains(named) && message.contains("save the record as"), "{message}");
+    }
+}
+
+#[test]
+fn frames_and_what_is_no_trace_of_tektronix_are_named() {
+    let bytes = fs::read(file("tektronix-3.wfm")).unwrap();
+    for (at, value, named) in [(72, 4, "found 5 frames"), (122, 6, "data of kind 6"), (9, b'4', "WFM#004")] {
+        let mut bytes = bytes.clone();
+        bytes[at] = value;
+        let refused = read_record_bytes(Path::new("a.wfm"), &bytes, Some(RecordKind::Vibrometer), &options());
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains(named) && message.contains("; save the "), "{message}");
     }
 }
 

@@ -333,3 +333,15 @@ fn where_no_flag_helps_none_is_proposed() {
     let error = read("a.csv", &text, &ReadOptions::default()).unwrap_err();
     assert!(error.remedy().is_none() && !error.to_string().contains("all at once"), "{error}");
 }
+
+#[test]
+fn a_column_without_a_unit_is_proposed_where_nothing_else_is_there() {
+    let text = file("CH1,CH2,Start,Increment,", 400, |i| format!("{:.6},{:.6},", volts(i), 0.5 * volts(i)));
+    let remedy = |options: &ReadOptions| read("a.csv", &text, options).unwrap_err().remedy().unwrap();
+    assert_eq!(remedy(&ReadOptions::default()), "--sample-rate RATE --channel NAME --unit UNIT");
+    let timed = ReadOptions { sample_rate: Some(1e6), ..ReadOptions::default() };
+    assert_eq!(remedy(&timed), "--channel NAME --unit UNIT");
+    let one = file("time_s,A,Temperature (K)", 400, |i| format!("{:.6},{:.6},300", 1e-6 * i as f64, volts(i)));
+    let remedy = read("a.csv", &one, &ReadOptions::default()).unwrap_err().remedy();
+    assert_eq!(remedy.as_deref(), Some("--channel A --unit UNIT"));
+}
