@@ -12,6 +12,7 @@
 //! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
 //! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
 //! | HDF5, MATLAB 7.3 | refused with what to type | – |
+//! | Siglent `.bin` | switches and scales of its channels; refused | Siglent, *How to Extract Data from the Binary File* |
 //! | WAV | `RIFF` | – |
 
 mod bytes;
@@ -22,6 +23,7 @@ mod matlab;
 mod numpy;
 mod rigol;
 mod rohde_schwarz;
+mod siglent;
 mod tdms;
 mod tektronix;
 mod wav;
@@ -78,7 +80,9 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
-        _ => return rigol::reader(head),
+        _ if rigol::reader(head).is_some() => return rigol::reader(head),
+        _ if siglent::is_file(head) => siglent::refuse,
+        _ => return None,
     })
 }
 

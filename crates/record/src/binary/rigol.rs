@@ -167,17 +167,16 @@ fn new(bytes: &[u8]) -> Result<Contents, String> {
         let at = 120 + more + 28 * channel;
         let read = || {
             let skipped = if more == 0 { file.count(248)? } else { 0 };
-            let part = |number: usize, count: usize| {
+            let place = |number: usize, count: usize| {
                 let from = file.count(68 + 4 * number)?.checked_add(skipped)?;
-                file.slice(from, count)?;
-                Some(file.samples(from, 1, count, Sample::Unsigned(1)))
+                file.slice(from, count).map(|_| from)
             };
             // One channel alone fills the memory of two, every other sample in each.
             let mut values = if interwoven {
-                let [even, odd] = [part(0, points / 2)?, part(1, points / 2)?];
-                even.into_iter().zip(odd).flat_map(|(even, odd)| [even, odd]).collect()
+                let halves = [place(0, points.div_ceil(2))?, place(1, points / 2)?];
+                (0..points).filter_map(|i| file.sample(halves[i % 2] + i / 2, Sample::Unsigned(1))).collect()
             } else {
-                part(channel, points)?
+                file.samples(place(channel, points)?, 1, points, Sample::Unsigned(1))
             };
             let (step, offset) = (file.f32(at + 8)? / steps, file.f32(at + 12)?);
             values.iter_mut().for_each(|value| *value = (*value - 127.0) * step - offset);

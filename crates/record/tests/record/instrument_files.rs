@@ -105,6 +105,36 @@ fn hdf5_is_named_with_three_lines_of_python() {
 }
 
 #[test]
+fn siglent_is_named_by_its_content() {
+    let put = |bytes: &mut Vec<u8>, at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);
+    for (version, switches, scale, wide) in [
+        (4u32, 0x08, 0x18, true),
+        (3, 0x04, 0x14, true),
+        (2, 0x04, 0x14, true),
+        (1, 0x00, 0x10, true),
+        (0, 0x100, 0xbc, false),
+    ] {
+        let mut bytes = vec![0; 6000];
+        put(&mut bytes, 0, &version.to_le_bytes());
+        put(&mut bytes, switches, &1u32.to_le_bytes());
+        let refused = |bytes: &[u8]| {
+            read_record_bytes(Path::new("a.bin"), bytes, Some(RecordKind::Vibrometer), &options())
+                .unwrap_err()
+                .to_string()
+        };
+        // A channel that is on without a scale is no such file.
+        assert!(!refused(&bytes).contains("Siglent"), "{version}");
+        if wide {
+            put(&mut bytes, scale, &0.5f64.to_le_bytes());
+        } else {
+            put(&mut bytes, scale, &500f32.to_le_bytes());
+        }
+        let message = refused(&bytes);
+        assert!(message.contains("Siglent file (.bin)") && message.contains("its CSV is read"), "{version}: {message}");
+    }
+}
+
+#[test]
 fn series_of_rigol_whose_volts_are_unknown_are_named() {
     for (head, named) in [
         (&b"\xa1\xa5\0\0"[..], "DS1000C"),
