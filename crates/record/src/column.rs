@@ -355,7 +355,7 @@ fn choose_time(
         [] if timed => Ok(None),
         [] => Err(match columns.iter().find(over) {
             Some(column) => MeasurementError::Spectrum { place: Place::cell(path, line, &column.header) },
-            None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers() },
+            None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers(), likely: None },
         }),
         _ => Err(ambiguous(path, line, columns, &found, "--read time_column=NAME")),
     }

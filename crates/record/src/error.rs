@@ -142,7 +142,12 @@ pub enum MeasurementError {
          and --read time_unit=UNIT, or --sample-rate if there is no time in the file",
         listed(columns)
     )]
-    NoTime { place: Place, columns: Vec<String> },
+    NoTime {
+        place: Place,
+        columns: Vec<String>,
+        /// The first column, if it has no unit and rises from row to row.
+        likely: Option<String>,
+    },
     #[error(
         "{place}: a {} record needs {}; found the columns {}; rename one, or pass --channel and --unit",
         kind.name(), wanted(*kind), listed(columns)

@@ -25,7 +25,7 @@ pub(super) struct Header {
 /// Names at the end of a header that may have no cells: LabVIEW's remarks, Rigol's start and step once their row was cut off.
 const BARE: [&str; 4] = ["", "comment", "start", "increment"];
 /// Rows that show whether the first column rises.
-const LOOKED_AT: usize = 20;
+const LOOKED_AT: usize = 2000;
 
 /// The comment above the first row as a header, if it is as wide and names a time with its unit, as some programs
 /// write it.
@@ -41,15 +41,22 @@ fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<V
     (names.len() == first.len() && names.iter().any(is_time)).then_some(names)
 }
 
-/// The flags that stand for a header and are missing: instants, column, unit.
-fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> Vec<String> {
-    let width = rows.record.len();
+/// Whether the first column rises from row to row, as instants do.
+pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
     let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
     let mut instants = Vec::new();
     while instants.len() < LOOKED_AT && below.advance() {
         instants.extend(number(text_of(&below, 0), dialect.decimal));
     }
-    let rises = width > 1 && instants.len() > 1 && instants.windows(2).all(|pair| pair[1] > pair[0]);
+    // Of rounded instants two may be the same.
+    let later = instants.windows(2).filter(|pair| pair[1] > pair[0]).count();
+    2 * later > instants.len() && instants.is_sorted()
+}
+
+/// The flags that stand for a header and are missing: instants, column, unit.
+fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> Vec<String> {
+    let width = rows.record.len();
+    let rises = width > 1 && rises(rows, dialect);
     let mut flags = Vec::new();
     match (rises || options.time_column.is_some(), options.sample_rate) {
         (_, Some(_)) => {}

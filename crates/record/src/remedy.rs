@@ -94,6 +94,17 @@ impl MeasurementError {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }
 
+    /// The error, with the column that may be time where none is.
+    pub(super) fn with_likely_time(self, column: &str) -> Self {
+        match self {
+            Self::NoTime { place, columns, .. } => Self::NoTime { place, columns, likely: Some(column.into()) },
+            Self::Several(errors) => {
+                Self::Several(errors.into_iter().map(|error| error.with_likely_time(column)).collect())
+            }
+            other => other,
+        }
+    }
+
     /// Flags that resolve the error, with placeholders such as `<VALUE>` for what only the user knows; `None` if no
     /// flag helps.
     #[must_use]
@@ -121,6 +132,9 @@ impl MeasurementError {
             },
             Self::Segments { wanted: None, .. } | Self::Universal(UniversalError::Several { wanted: None, .. }) => {
                 "--read dataset=N".into()
+            }
+            Self::NoTime { likely: Some(column), .. } => {
+                format!("{} --read time_unit=UNIT", with_value("--read time_column=NAME", column))
             }
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),

@@ -15,7 +15,7 @@ use super::{
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
-    names::Header,
+    names::{Header, rises},
     place::SampleLines,
     preamble::{self, Preamble},
     remedy::listed,
@@ -238,7 +238,15 @@ pub(super) fn read(
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
-    let mut chosen = choose(path, header_at, &mut columns, kind, options, timed, stated)?;
+    let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
+    let mut chosen = chosen.map_err(|error| match columns.first() {
+        Some(first)
+            if columns.len() > 1 && first.unit.is_none() && !first.header.is_empty() && rises(&rows, dialect) =>
+        {
+            error.with_likely_time(&first.header)
+        }
+        _ => error,
+    })?;
     let own = clocks.get(chosen.value).copied().flatten();
     if own.is_some() {
         chosen.time = None;

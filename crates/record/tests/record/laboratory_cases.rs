@@ -345,3 +345,19 @@ fn a_column_without_a_unit_is_proposed_where_nothing_else_is_there() {
     let remedy = read("a.csv", &one, &ReadOptions::default()).unwrap_err().remedy();
     assert_eq!(remedy.as_deref(), Some("--channel A --unit UNIT"));
 }
+
+#[test]
+fn a_first_column_that_rises_is_proposed_as_time() {
+    let of = |header: &str, sign: f64| {
+        file(header, 400, |i| format!("{:.8},{:.6},{:.6}", sign * (1e-6 * i as f64 - 1e-4), volts(i), 0.5 * volts(i)))
+    };
+    let remedy = |text: &str| read("a.csv", text, &channel("2")).unwrap_err().remedy().unwrap();
+    assert_eq!(remedy(&of("X,CH 1 (V),CH 2 (V)", 1.0)), "--read time_column=X --read time_unit=UNIT");
+    assert_eq!(remedy(&of("my axis,CH 1 (V),CH 2 (V)", 1.0)), "--read 'time_column=my axis' --read time_unit=UNIT");
+    assert_eq!(remedy(&of("X,CH 1 (V),CH 2 (V)", -1.0)), "--sample-rate RATE");
+    // A quarter of a period rises too.
+    let slow = file("A,B", 400, |i| format!("{:.6},{:.6}", (0.01 * i as f64).sin(), volts(i)));
+    assert_eq!(remedy(&slow), "--sample-rate RATE");
+    let typed = ReadOptions { time_column: Some("X".into()), time_unit: Some("s".into()), ..channel("2") };
+    assert_record(&read("a.csv", &of("X,CH 1 (V),CH 2 (V)", 1.0), &typed).unwrap(), 400, -1e-4, 1e-6, 1.0);
+}
