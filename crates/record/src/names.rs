@@ -50,7 +50,7 @@ pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
     }
     // Of rounded instants two may be the same.
     let later = instants.windows(2).filter(|pair| pair[1] > pair[0]).count();
-    2 * later > instants.len() && instants.is_sorted()
+    later > 0 && 2 * later >= instants.len() && instants.is_sorted()
 }
 
 /// The flags that stand for a header and are missing: instants, column, unit.
