@@ -46,8 +46,9 @@ fn options() -> impl Strategy<Value = ReadOptions> {
         prop::option::of(prop::sample::select(vec![Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab])),
         prop::option::of(prop::sample::select(vec![DecimalSign::Point, DecimalSign::Comma])),
     );
-    (flags, signs).prop_map(|(([scaled, resample, bridged, named], dataset, sample_rate), (delimiter, decimal))| {
-        ReadOptions {
+    let column = prop::option::of(prop::sample::select(vec!["1", "2", "CH1", "CH3"]));
+    (flags, signs, column).prop_map(
+        |(([scaled, resample, bridged, named], dataset, sample_rate), (delimiter, decimal), column)| ReadOptions {
             scale: scaled.then(|| Sensitivity::parse("100 mm/s/V").unwrap()),
             range: scaled.then(|| Quantity::parse("10 V").unwrap()),
             unit: named.then(|| "mm/s".to_owned()),
@@ -59,9 +60,10 @@ fn options() -> impl Strategy<Value = ReadOptions> {
             sample_rate,
             resample,
             dataset,
+            column: column.map(Into::into),
             ..ReadOptions::default()
-        }
-    })
+        },
+    )
 }
 
 /// Read as any kind; a refusal names the file.

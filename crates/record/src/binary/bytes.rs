@@ -107,6 +107,6 @@ impl<'a> Bytes<'a> {
     /// `count` samples from `at` on, `stride` bytes apart; as many as there are.
     pub fn samples(&self, at: usize, stride: usize, count: usize, kind: Sample) -> Vec<f64> {
         let there = self.all.len().saturating_sub(at) / stride.max(1) + 1;
-        (0..count.min(there)).map_while(|index| self.sample(at + index * stride, kind)).collect()
+        (0..count.min(there)).map_while(|index| self.sample(at.checked_add(index * stride)?, kind)).collect()
     }
 }

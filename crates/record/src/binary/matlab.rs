@@ -96,7 +96,8 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
         let (_, length, names, next) = element(file, next)?;
         at = next;
         let count = length.checked_div(width)?;
-        for field in (0..count).cycle().take(count.checked_mul(sizes.iter().product())?) {
+        let all = sizes.iter().try_fold(count, |all, size| all.checked_mul(*size))?;
+        for field in (0..count).cycle().take(all) {
             let (kind, length, data, next) = element(file, at)?;
             let inner = Bytes { all: file.slice(data, length)?, ..file };
             if kind == MATRIX && found.len() < MOST_MATRICES {
