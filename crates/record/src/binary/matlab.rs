@@ -39,8 +39,9 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
 fn element(file: Bytes<'_>, at: usize) -> Option<(u32, usize, usize, usize)> {
     let first = file.u32(at)?;
     if first >> 16 != 0 {
-        // A small element: length and type share four bytes.
-        return Some((first & 0xffff, (first >> 16) as usize, at + 4, at + 8));
+        // A small element: length and type share four bytes, the data are the other four.
+        let length = (first >> 16) as usize;
+        return (length <= 4).then_some((first & 0xffff, length, at + 4, at + 8));
     }
     let length = file.count(at + 4)?;
     let end = (at + 8).checked_add(length)?;
@@ -134,4 +135,17 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     let values = file.samples(data, kind.width(), count, kind);
     found.push(Array { name, rows: sizes[0], columns: sizes[1], values });
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Else elements could hold each other, and a file of 4 kB would take seconds.
+    #[test]
+    fn a_small_element_holds_four_bytes_and_no_more() {
+        let of = |length: u8| element(Bytes::little(&[14, 0, length, 0, 1, 2, 3, 4, 5, 6, 7, 8]), 0);
+        assert_eq!(of(4), Some((MATRIX, 4, 4, 8)));
+        assert_eq!(of(5), None);
+    }
 }
