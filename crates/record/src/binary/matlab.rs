@@ -86,7 +86,7 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     let flags = file.u32(flags)?;
     let (class, flags) = (flags as u8, (flags >> 8) as u8);
     let (_, length, sizes, at) = element(file, at)?;
-    let sizes: Vec<usize> = (0..length / 4).filter_map(|index| file.count(sizes + 4 * index)).collect();
+    let sizes: Vec<usize> = (0..length / 4).map(|index| file.count(sizes + 4 * index)).collect::<Option<_>>()?;
     let (_, length, name, mut at) = element(file, at)?;
     let name = file.text(name, length)?;
     let name =
@@ -140,6 +140,16 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_matrix_whose_sizes_pass_the_end_of_the_file_is_refused_at_once() {
+        let part =
+            |kind: u32, length: u32, data: &[u8]| [&kind.to_le_bytes()[..], &length.to_le_bytes(), data].concat();
+        let bytes = [part(6, 8, &[6, 0, 0, 0, 0, 0, 0, 0]), part(5, 0xffff_fff8, &[1, 0, 0, 0])].concat();
+        let before = std::time::Instant::now();
+        assert_eq!(matrix(Bytes::little(&bytes), "", &mut Vec::new(), 0), None);
+        assert!(before.elapsed().as_secs_f64() < 0.05, "{:?}", before.elapsed());
+    }
 
     /// Else elements could hold each other, and a file of 4 kB would take seconds.
     #[test]
