@@ -41,6 +41,16 @@ fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<V
     (names.len() == first.len() && names.iter().any(is_time)).then_some(names)
 }
 
+/// Whether any of the rows is one of numbers; else the text is no table.
+pub(super) fn has_numbers(rows: &Rows<'_>, dialect: Dialect) -> bool {
+    let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
+    (0..LOOKED_AT).any(|_| {
+        let cells = if below.advance() { below.cells() } else { Vec::new() };
+        let is_number = |cell: &String| number(cell, dialect.decimal).is_some();
+        cells.iter().any(is_number) && cells.iter().all(|cell| is_number(cell) || is_missing(cell))
+    })
+}
+
 /// Whether the first column rises from row to row, as instants do.
 pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
     let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);

@@ -15,7 +15,7 @@ use super::{
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
-    names::{Header, rises},
+    names::{Header, has_numbers, rises},
     place::SampleLines,
     preamble::{self, Preamble},
     remedy::listed,
@@ -240,6 +240,7 @@ pub(super) fn read(
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
     let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
     let mut chosen = chosen.map_err(|error| match columns.first() {
+        _ if !has_numbers(&rows, dialect) => MeasurementError::NoRows { place: Place::line(path, header_at) },
         Some(first)
             if columns.len() > 1 && first.unit.is_none() && !first.header.is_empty() && rises(&rows, dialect) =>
         {

@@ -361,3 +361,10 @@ fn a_first_column_that_rises_is_proposed_as_time() {
     let typed = ReadOptions { time_column: Some("X".into()), time_unit: Some("s".into()), ..channel("2") };
     assert_record(&read("a.csv", &of("X,CH 1 (V),CH 2 (V)", 1.0), &typed).unwrap(), 400, -1e-4, 1e-6, 1.0);
 }
+
+#[test]
+fn a_text_without_rows_of_numbers_asks_for_no_flag() {
+    let text = "Model:Scope 2000\nSerial:12 345\nCH1:On\nScale:5.0e-02 V\n";
+    let error = read("a.txt", text, &scaled()).unwrap_err();
+    assert!(error.remedy().is_none() && error.to_string().contains("expected rows of numbers"), "{error}");
+}
