@@ -65,6 +65,18 @@ body = waveform(v, b"1") + waveform(2 * v, b"2")
 open("two-channels.bin", "wb").write(b"AG10" + struct.pack("<ii", 12 + len(body), 2) + body)
 
 
+# Rohde & Schwarz: a description, and beside it 32-bit floats of two channels behind three settling samples.
+about = {
+    "XStart": START, "Resolution": STEP, "SignalRecordLength": N, "LeadingSettlingSamples": 3, "SignalFormat": "FORMAT_FLOAT",
+    "MultiChannelExport": "EXPORT_ON", "TraceArithmetics": "ARITHMETICS_AVERAGE", "NumberOfAcquisitions": 8,
+}
+lines = [f'<Prop Name="{key}" Value="{value}"/>' for key, value in about.items()]
+lines.append('<Prop Name="MultiChannelExportState" I_0="STATE_ON" I_1="STATE_OFF" I_2="STATE_ON" I_3="STATE_OFF"/>')
+open("pair.bin", "w").write('<?xml version="1.0"?>\n<Database>\n' + "\n".join(lines) + "\n</Database>\n")
+both = np.column_stack([np.concatenate([[9, 9, 9], v]), np.concatenate([[9, 9, 9], -v])])
+open("pair.Wfm.bin", "wb").write(struct.pack("<II", 4, N + 3) + both.astype("<f4").tobytes())
+
+
 # Tektronix .wfm, versions 1 (most significant byte first, 16 bits) and 3 (8 bits), 16 samples before the record and 4 behind it.
 def tektronix(name, order, version, volts, time, curve, kind, gain, zero):
     d = bytearray(curve + 30)

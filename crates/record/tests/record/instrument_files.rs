@@ -42,6 +42,8 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         ("curve.isf", &options(), 0.1, -1e-5, 5.1e-7),
         ("two-channels.bin", &channel("1"), 0.1, -1e-5, 4e-9),
         ("two-channels.bin", &channel("2"), 0.2, -1e-5, 4e-9),
+        ("pair.bin", &channel("CH1"), 0.1, -1e-5, 4e-9),
+        ("pair.Wfm.bin", &channel("CH3"), -0.1, -1e-5, 4e-9),
         ("tektronix-1.wfm", &options(), 0.1, -1e-5, 5.1e-7),
         // Of one byte: half a step.
         ("tektronix-3.wfm", &options(), 0.1, -1e-5, 1.26e-4),
@@ -61,6 +63,7 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         }
     }
     assert_eq!(read("averaged.trc", &options()).averages, 16);
+    assert_eq!(read("pair.bin", &channel("CH1")).averages, 8);
     assert_eq!(read("rigol-2000.wfm", &options()).averages, 32);
     assert!(read("averaged.trc", &options()).form.contains("LECROYHDO4024"));
 }
