@@ -48,7 +48,8 @@ fn proposed(message: &str, line: &str) -> Option<String> {
         .replace("<VALUE> mV/MPa", "50 mV/MPa")
         .replace("time_unit=UNIT", "time_unit=us")
         .replace("--unit UNIT", "--unit mm/s")
-        .replace("sample_rate=RATE", "sample_rate=2MHz")
+        .replace("=UNIT", "=um")
+        .replace("sample_rate=RATE", "sample_rate=5MHz")
         .replace("--sample-rate RATE", "--sample-rate 2MHz")
         .replace("NAME", &format!("'{name}'"));
     assert!(!flags.contains('<') && !flags.contains("UNIT") && !flags.contains("RATE"), "{flags}");
@@ -158,4 +159,37 @@ fn every_proposal_of_calibrate_goes_on_to_the_fit() {
         }
     }
     assert!(followed > 30, "{followed}");
+}
+
+#[test]
+fn every_proposal_of_a_drive_s_record_reads_it() {
+    let place = tempfile::tempdir().unwrap();
+    let wave = |i: usize| (2.0 * std::f64::consts::PI * 73e3 * 2e-7 * i as f64).sin();
+    let mut followed = 0;
+    for (name, header, row) in [
+        (
+            "lower.csv",
+            "time_us,horn_v,other_v",
+            (&|i| format!("{:.1},{:.5},0", 0.2 * i as f64, wave(i))) as &dyn Fn(usize) -> String,
+        ),
+        ("two.csv", "time_us,left_v,right_v", &|i| {
+            format!("{:.1},{:.5},{:.5}", 0.2 * i as f64, wave(i), 0.5 * wave(i))
+        }),
+        ("headerless.csv", "", &|i| format!("{:.1},{:.5},0", 0.2 * i as f64, wave(i))),
+        ("untimed.csv", "displacement_um", &|i| format!("{:.5}", wave(i))),
+        ("open.csv", "time,my signal", &|i| format!("{:.1},{:.5}", 0.2 * i as f64, wave(i))),
+        ("axis.csv", "my axis,displacement_um", &|i| format!("{:.1},{:.5}", 0.2 * i as f64, wave(i))),
+    ] {
+        let text = (0..3000).fold(format!("{header}\n"), |text, i| format!("{text}{}\n", row(i)));
+        let path = place.path().join(name);
+        fs::write(&path, text.trim_start()).unwrap();
+        let out = place.path().join(format!("out-{name}"));
+        let line = format!(
+            "granchain calibrate --dry-run --measured measurements/annulus-73khz/vib.csv --out {} --drive {}",
+            shell_word(&out),
+            shell_word(&path)
+        );
+        followed += follow(&line).unwrap_or_else(|message| panic!("{name}: {message}"));
+    }
+    assert!(followed >= 6, "{followed}");
 }
