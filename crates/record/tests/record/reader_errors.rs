@@ -271,6 +271,11 @@ fn binary_and_other_files() {
     let options = ReadOptions::default();
     for (bytes, found) in [
         (&b"PK\x03\x04rest"[..], "a zip archive or a spreadsheet (.xlsx)"),
+        (b"LLWFM\x00\x01", "a Tektronix file of the TDS 400 to 700 (.wfm)"),
+        (b"SPBVDS\x00", "an OWON file (.bin)"),
+        (b"MDF     4.10\x00", "an ASAM file (.mf4, .mdf)"),
+        (b"PAR1\x15\x04", "a Parquet file"),
+        (b"ARROW1\x00\x00", "an Arrow or Feather file"),
         (b"time_s,v\n\x00\x01", "byte 0x00 at offset 9"),
         (b"\xff\xfet\x00\x00", "UTF-16 text with characters cut in half"),
     ] {
