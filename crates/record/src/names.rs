@@ -164,7 +164,8 @@ impl Header {
             _ => return,
         };
         // LabVIEW writes a remark into some rows only.
-        if keep > 0 && (keep >= filled || is_labview && self.columns[keep].header == "Comment") {
+        let shorter = rows.record.len() < self.columns.len();
+        if keep > 0 && (shorter && keep >= filled || is_labview && self.columns[keep].header == "Comment") {
             self.bare.extend(self.columns.drain(keep..).map(|column| column.header).filter(|name| !name.is_empty()));
         }
     }

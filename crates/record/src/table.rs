@@ -302,8 +302,8 @@ pub(super) fn read(
         _ => usize::MAX,
     };
 
-    let remarks =
-        preamble.as_ref().is_some_and(|preamble| preamble.remarks) || bare.iter().any(|name| name == "Comment");
+    let remarks = preamble.as_ref().is_some_and(|preamble| preamble.remarks)
+        || bare.iter().any(|name| name.eq_ignore_ascii_case("comment"));
     // Some rows end with delimiters, some are filled up to the width of a longer header.
     let beyond = rows.record.iter().skip(columns.len());
     let trailing = rows.record.len() > columns.len() && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());

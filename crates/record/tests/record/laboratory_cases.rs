@@ -274,7 +274,11 @@ fn names_without_cells_are_no_columns() {
     let text = file("CH1,CH2,Start,Increment,", 400, |i| format!("{:.6},{:.6},", volts(i), 0.5 * volts(i)));
     let given = ReadOptions { sample_rate: Some(1e6), unit: Some("V".into()), ..channel("CH1") };
     assert_record(&read("a.csv", &text, &given).unwrap(), 400, 0.0, 1e-6, 1.0);
-    // A name with cells, and one that says something, stay.
+    // A name with cells, if only in some rows, and one that says something, stay.
+    let remarked = file("Time (s),CH1 (V),comment", 400, |i| {
+        format!("{:.6},{:.6},{}", 1e-6 * i as f64, volts(i), if i == 9 { "bump" } else { "" })
+    });
+    assert_record(&read("a.csv", &remarked, &channel("2")).unwrap(), 400, 0.0, 1e-6, 1.0);
     for text in [
         file("Time (s),CH1 (V),Start", 400, |i| format!("{:.6},{:.6},1", 1e-6 * i as f64, volts(i))),
         file("Time (s),CH1 (V),CH2 (V)", 400, |i| format!("{:.6},{:.6}", 1e-6 * i as f64, volts(i))),
