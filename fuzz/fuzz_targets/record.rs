@@ -7,10 +7,10 @@ mod allocator;
 
 use std::path::Path;
 
-use granchain::{
-    measurement::{Baseline, DecimalSign, Delimiter, Missing, ReadOptions, RecordKind, Sensitivity, read_record_bytes},
-    signal::Quantity,
+use granchain_record::{
+    Baseline, DecimalSign, Delimiter, Missing, ReadOptions, RecordKind, Sensitivity, read_record_bytes,
 };
+use granchain_signal::Quantity;
 use libfuzzer_sys::fuzz_target;
 
 fn options(flags: u8, signs: u8) -> ReadOptions {

@@ -1,11 +1,13 @@
 //! `granchain inspect FILE`: what is understood and assumed of a record, before anything is done with it.
 
+mod folder;
+
 use std::{
     fmt::{self, Write as _},
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
@@ -97,8 +99,8 @@ impl From<KindChoice> for RecordKind {
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let file = &arguments.file;
     if file.is_dir() {
-        let rows = of_folder(&arguments)?;
-        arguments.session.result(FolderText { folder: file, rows: &rows }, &rows)?;
+        let rows = folder::rows(&arguments)?;
+        arguments.session.result(folder::Text { folder: file, rows: &rows }, &rows)?;
         return Ok(Outcome::Done);
     }
     if let Some(other) = other_file(file) {
@@ -139,99 +141,11 @@ fn other_file(file: &Path) -> Option<String> {
     }
 }
 
-/// A file of a folder: what it is, or why it is no record.
-#[derive(Debug, Serialize)]
-struct FileRow {
-    name: String,
-    #[serde(flatten)]
-    record: Option<Summary>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    refused: Option<String>,
-}
-
-/// The files of a folder by name, without those that begin with a dot.
-fn of_folder(arguments: &Arguments) -> anyhow::Result<Vec<FileRow>> {
-    let folder = &arguments.file;
-    let unread = || format!("{}: the folder cannot be read", folder.display());
-    let mut files: Vec<PathBuf> = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(unread)? {
-        files.push(entry.with_context(unread)?.path());
-    }
-    files
-        .retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
-    files.sort();
-    let kind = arguments.kind.map(RecordKind::from);
-    let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
-    let row = |path: PathBuf| {
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        if let Some(other) = other_file(&path) {
-            return FileRow { name, record: None, refused: Some(other) };
-        }
-        match read(&path, kind, &options) {
-            Ok(record) => FileRow { name, record: Some(Summary::of(&record, None)), refused: None },
-            Err(error) => {
-                let place = format!("{}", path.display());
-                let text = error.to_string();
-                let text = text.strip_prefix(&place).unwrap_or(&text).trim_start_matches(':').trim_start();
-                FileRow { name, record: None, refused: Some(text.to_owned()) }
-            }
-        }
-    };
-    Ok(files.into_iter().map(row).collect())
-}
-
 /// A record of a kind that is named, or told from the file.
 pub fn read(file: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Result<Record, MeasurementError> {
     match kind {
         Some(kind) => read_record(file, kind, options),
         None => inspect_record(file, options),
-    }
-}
-
-struct FolderText<'a> {
-    folder: &'a Path,
-    rows: &'a [FileRow],
-}
-
-impl fmt::Display for FolderText<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let read = self.rows.iter().filter(|row| row.record.is_some()).count();
-        writeln!(f, "{}: {read} of {} files are records", self.folder.display(), self.rows.len())?;
-        let width = self.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).clamp(4, 40);
-        writeln!(
-            f,
-            "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  from",
-            "file", "kind", "samples", "rate", "duration", "peak"
-        )?;
-        for row in self.rows {
-            match (&row.record, &row.refused) {
-                (Some(record), _) => {
-                    let peak = record.positive_peak.max(-record.negative_peak);
-                    writeln!(
-                        f,
-                        "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  {}{}",
-                        row.name,
-                        record.kind.name(),
-                        record.samples,
-                        shown(record.sample_rate_hz, Dimension::FREQUENCY),
-                        shown(record.duration_s, Dimension::TIME),
-                        shown(peak, record.kind.dimension()),
-                        record.form,
-                        if record.warnings.is_empty() {
-                            String::new()
-                        } else {
-                            format!(", {} warnings", record.warnings.len())
-                        }
-                    )?;
-                }
-                (None, reason) => {
-                    // The first line of it; `inspect FILE` says the rest.
-                    let reason = reason.as_deref().and_then(|text| text.lines().next()).unwrap_or_default();
-                    writeln!(f, "  {:<width$}  – {reason}", row.name)?;
-                }
-            }
-        }
-        Ok(())
     }
 }
 

@@ -344,7 +344,7 @@ fn program() -> String {
 /// The flags that would settle an error in reading a record.
 pub fn remedy(error: &(dyn std::error::Error + 'static)) -> Option<String> {
     if let Some(reading::DriveUnread(error)) = error.downcast_ref() {
-        return Some(reading::DriveUnread::of_drive(&error.remedy()?));
+        return Some(reading::DriveUnread::flags_of_drive(&error.remedy()?));
     }
     if let Some(unread) = error.downcast_ref::<start::Unread>() {
         return Some(unread.flags.clone());

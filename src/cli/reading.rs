@@ -76,7 +76,7 @@ pub struct ChannelArguments {
     #[arg(long, value_name = "UNIT", value_parser = motion_unit, help_heading = "Reading")]
     pub unit: Option<String>,
     /// Sensitivity, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa'
-    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, help_heading = "Reading")]
+    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, allow_hyphen_values = true, help_heading = "Reading")]
     pub scale: Option<Sensitivity>,
     /// Sample rate of a file without a column of time, such as 5MHz
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
@@ -165,6 +165,17 @@ pub struct DriveUnread(pub MeasurementError);
 impl DriveUnread {
     /// `text` with the drive's flags in place of the record's.
     pub fn of_drive(text: &str) -> String {
+        // A value follows; else the flag is only spoken of.
+        let is_value = |letter: char| letter.is_ascii_uppercase() || letter.is_ascii_digit() || "'<".contains(letter);
+        Self::with_drive_flags(text, |rest| rest.starts_with(is_value))
+    }
+
+    /// The same of flags to type, each with its value.
+    pub fn flags_of_drive(flags: &str) -> String {
+        Self::with_drive_flags(flags, |_| true)
+    }
+
+    fn with_drive_flags(text: &str, is_value: impl Fn(&str) -> bool) -> String {
         let flags =
             [("--channel", "channel"), ("--scale", "scale"), ("--unit", "unit"), ("--sample-rate", "sample_rate")];
         let mut written = text.replace("--read ", "--drive-read ");
@@ -172,10 +183,7 @@ impl DriveUnread {
             let mut parts = written.split(flag);
             let mut with_key = parts.next().unwrap_or_default().to_owned();
             for part in parts {
-                // A value follows; else the flag is only spoken of.
-                let is_value =
-                    |letter: char| letter.is_ascii_uppercase() || letter.is_ascii_digit() || "'<".contains(letter);
-                let value = part.strip_prefix(' ').filter(|rest| rest.starts_with(is_value));
+                let value = part.strip_prefix(' ').filter(|rest| is_value(rest));
                 with_key.push_str("--drive-read ");
                 with_key.push_str(key);
                 with_key.push_str(&value.map_or_else(|| part.to_owned(), |value| format!("={value}")));

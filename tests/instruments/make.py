@@ -63,3 +63,80 @@ def waveform(values, label):
 
 body = waveform(v, b"1") + waveform(2 * v, b"2")
 open("two-channels.bin", "wb").write(b"AG10" + struct.pack("<ii", 12 + len(body), 2) + body)
+
+
+# Rohde & Schwarz: a description, and beside it 32-bit floats of two channels behind three settling samples.
+about = {
+    "XStart": START, "Resolution": STEP, "SignalRecordLength": N, "LeadingSettlingSamples": 3, "SignalFormat": "FORMAT_FLOAT",
+    "MultiChannelExport": "EXPORT_ON", "TraceArithmetics": "ARITHMETICS_AVERAGE", "NumberOfAcquisitions": 8,
+}
+lines = [f'<Prop Name="{key}" Value="{value}"/>' for key, value in about.items()]
+lines.append('<Prop Name="MultiChannelExportState" I_0="STATE_ON" I_1="STATE_OFF" I_2="STATE_ON" I_3="STATE_OFF"/>')
+open("pair.bin", "w").write('<?xml version="1.0"?>\n<Database>\n' + "\n".join(lines) + "\n</Database>\n")
+both = np.column_stack([np.concatenate([[9, 9, 9], v]), np.concatenate([[9, 9, 9], -v])])
+open("pair.Wfm.bin", "wb").write(struct.pack("<II", 4, N + 3) + both.astype("<f4").tobytes())
+
+
+# Tektronix .wfm, versions 1 (most significant byte first, 16 bits) and 3 (8 bits), 16 samples before the record and 4 behind it.
+def tektronix(name, order, version, volts, time, curve, kind, gain, zero):
+    d = bytearray(curve + 30)
+    d[0:10] = (b"\x0f\x0f" if order == "<" else b"\xf0\xf0") + b":WFM#00%d" % version
+    width = kind.itemsize
+    struct.pack_into(order + "BI", d, 15, width, len(d))
+    struct.pack_into("32s", d, 40, b"bead 6")
+    struct.pack_into(order + "I", d, 122, 2)
+    struct.pack_into(order + "ddI20s", d, volts, gain, zero, 1, b"V")
+    struct.pack_into(order + "I", d, volts + 72, {"h": 0, "b": 7}[kind.char])
+    struct.pack_into(order + "ddI20s", d, time, STEP, START, N + 20, b"s")
+    struct.pack_into(order + "5I", d, curve + 10, 0, 16 * width, (16 + N) * width, (20 + N) * width, 0)
+    whole = np.concatenate([np.full(16, -3), np.round((v - zero) / gain), np.full(4, -3)])
+    open(name, "wb").write(d + whole.astype(kind).tobytes())
+
+
+tektronix("tektronix-1.wfm", ">", 1, 166, 478, 790, np.dtype(">i2"), 1e-5, 0.05)
+tektronix("tektronix-3.wfm", "<", 3, 168, 488, 808, np.dtype("<i1"), 2.5e-3, 0.05)
+
+
+# Rigol: one byte a sample; the record's middle in ps.
+def counts(values, step, zero):
+    return np.round(values / step + zero).astype(np.uint8).tobytes()
+
+
+MIDDLE = 30_000_000
+rate = 1 / STEP
+
+d = bytearray(276)  # DS1000E, channel 2 alone, probe 10x
+struct.pack_into("<2B", d, 0, 0xA5, 0xA5)
+struct.pack_into("<I", d, 28, N)
+struct.pack_into("<ih2xfxB2xih", d, 60, 10_000, 12, 10.0, 1, 10_000, 12)
+struct.pack_into("<qqfqq", d, 84, 1, 0, rate, 1, MIDDLE)
+open("rigol-e.wfm", "wb").write(d + counts(-v, 0.004, 125 - 12))
+
+d = bytearray(420)  # DS1000B, channels 2 and 4
+struct.pack_into("<4B8s", d, 0, 0xA5, 0xA5, 0xA4, 1, b"DS1104B")
+struct.pack_into("<I", d, 60, N)
+for channel, shift in ((1, -20), (3, 5)):
+    struct.pack_into("<ih2xf2xBxih", d, 68 + 24 * channel, 125_000, shift, 1.0, 1, 125_000, shift)
+struct.pack_into("<qqfqq", d, 164, 1, 0, rate, 1, MIDDLE)
+body = [bytes(N), counts(-v, 0.005, 99 + 20), bytes(N), counts(v, 0.005, 99 - 5)]
+open("rigol-b.wfm", "wb").write(d + b"".join(body))
+
+d = bytearray(500)  # DS2000, channel 2 in the memory of both, mean of 32
+struct.pack_into("<2BH20s20sHH", d, 0, 0xA5, 0xA5, 0x38, b"DS2D000000001", b"00.03.05", 1, 20)
+struct.pack_into("<2B2xII8xHH", d, 64, 2, 1, 500, 500 + N // 2 + 9, 1, 32)
+struct.pack_into("<If", d, 92, N, rate)
+struct.pack_into("<qq", d, 104, 1, MIDDLE)
+struct.pack_into("<B7xffBB", d, 148, 8, 0.1, 0.04, 2, 0)
+struct.pack_into("<I", d, 252, N)
+whole = counts(v, 0.004, 127 + 10)
+open("rigol-2000.wfm", "wb").write(d + whole[0::2] + bytes(9) + whole[1::2])
+
+d = bytearray(660)  # DS4000, channels 1 and 3
+struct.pack_into("<2BH20s20sHH", d, 0, 0xA5, 0xA5, 0x38, b"DS4A000000001", b"00.02.03", 1, 24)
+struct.pack_into("<B3xIIII", d, 64, 5, 660, 0, 660 + N, 0)
+struct.pack_into("<If", d, 96, N, rate)
+for channel in (0, 2):
+    struct.pack_into("<B7xffBB", d, 124 + 28 * channel, 1, 0.16, -0.05, 0, 2)
+struct.pack_into("<I", d, 268, N)
+struct.pack_into("<q", d, 568, MIDDLE)
+open("rigol-4000.wfm", "wb").write(d + counts(v, 0.005, 127 - 10) + counts(-v, 0.005, 127 - 10))

@@ -152,12 +152,22 @@ fn a_folder_is_a_table_of_its_files() {
     assert!(out.starts_with("tests/dialects: "), "{out}");
     let row = |name: &str| out.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
     assert!(row("german.csv").contains("semicolons, decimal commas") && row("german.csv").contains("194.4 mm/s"));
-    assert!(row("volts.csv").contains("which need the vibrometer's sensitivity"), "{out}");
+    // Once for all: what is missing, and of which files.
+    let lacking: Vec<&str> =
+        out.split("\n\n").filter(|part| part.contains("missing: --scale '<VALUE> mm/s/V'\n")).collect();
+    assert!(lacking.len() == 1 && lacking[0].contains("volts.csv") && lacking[0].contains("keysight.csv"), "{out}");
+    assert_eq!(
+        out.matches("pass it as --scale '<VALUE> um/V'").count()
+            + out.matches("pass it as --scale '<VALUE> mm/s/V'").count(),
+        1
+    );
+    assert!(out.lines().filter(|line| line.len() > 200).count() < 6, "{out}");
     let files = json(&["tests/dialects"]);
     let files = files.as_array().unwrap();
     assert!(files.len() > 25 && files.windows(2).all(|pair| pair[0]["name"].as_str() < pair[1]["name"].as_str()));
     let of = |name: &str| files.iter().find(|file| file["name"] == name).unwrap();
     assert_eq!(of("plain.csv")["samples"], 100);
+    assert_eq!(of("volts.csv")["missing"], "--scale '<VALUE> mm/s/V'");
     assert!(of("volts.csv")["refused"].as_str().unwrap().contains("volts"), "{}", of("volts.csv"));
 }
 

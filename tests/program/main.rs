@@ -23,6 +23,7 @@ mod report_calibration;
 mod scene_command;
 mod spectrum_command;
 mod start_command;
+mod suggestions;
 mod terminal;
 mod verify_command;
 mod water_command;

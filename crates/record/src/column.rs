@@ -285,6 +285,10 @@ pub(super) fn choose(
     let (time, value, time_factor, mut value_unit) = match (time, value, time_factor, value_unit) {
         (Ok(time), Ok(value), Ok(time_factor), Ok(value_unit)) => (time, value, time_factor, value_unit),
         (time, value, time_factor, value_unit) => {
+            // Of a spectrum nothing else matters.
+            if let Err(spectrum @ MeasurementError::Spectrum { .. }) = time {
+                return Err(spectrum);
+            }
             let errors = [time.err(), value.err(), time_factor.err(), value_unit.err()];
             return Err(MeasurementError::of_all(errors.into_iter().flatten().collect()));
         }
@@ -351,7 +355,7 @@ fn choose_time(
         [] if timed => Ok(None),
         [] => Err(match columns.iter().find(over) {
             Some(column) => MeasurementError::Spectrum { place: Place::cell(path, line, &column.header) },
-            None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers() },
+            None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers(), likely: None },
         }),
         _ => Err(ambiguous(path, line, columns, &found, "--read time_column=NAME")),
     }
@@ -412,6 +416,7 @@ fn choose_value(
             place: Place::line(path, line),
             kind,
             columns: columns.iter().map(|column| column.header.clone()).collect(),
+            open: others(&|column| column.unit.is_none()).into_iter().map(|i| columns[i].header.clone()).collect(),
         }),
         ref several => Err(ambiguous(path, line, columns, several, "--channel")),
     }

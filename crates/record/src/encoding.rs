@@ -37,17 +37,18 @@ pub(super) struct Decoded<'a> {
     pub foreign: Option<(u64, u8)>,
 }
 
-const MAGIC: [(&[u8], &str); 10] = [
+const MAGIC: [(&[u8], &str); 11] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
-    (b"\x89HDF", "an HDF5 file (or MATLAB 7.3)"),
-    (b"MATLAB 5.0", "a MATLAB file"),
-    (b"RIFF", "a RIFF (WAV) file"),
     (b"\x1f\x8b", "gzip-compressed data"),
-    (b"TDSm", "an NI TDMS file"),
-    (b"\x93NUMPY", "a NumPy file (.npy)"),
-    (b":WFMPRE", "a Tektronix file (.isf)"),
-    (b":WFMP:", "a Tektronix file (.isf)"),
+    (b"LLWFM", "a Tektronix file of the TDS 400 to 700 (.wfm)"),
+    (b"SPBS", "an OWON file (.bin)"),
+    (b"SPBV", "an OWON file (.bin)"),
+    (b"SPBW", "an OWON file (.bin)"),
+    (b"SPBX", "an OWON file (.bin)"),
+    (b"MDF     ", "an ASAM file (.mf4, .mdf)"),
+    (b"PAR1\x15", "a Parquet file"),
+    (b"ARROW1\x00", "an Arrow or Feather file"),
 ];
 
 /// Refuses a file whose first bytes show that it is not text, before the rest is read. UTF-16 is detected later.
@@ -64,15 +65,8 @@ fn binary(path: &Path, found: &str) -> MeasurementError {
 }
 
 fn refuse_magic(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
-    let magic = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic));
-    // Some begin with a length or with the order of bytes.
-    let within = |word: &[u8]| bytes[..bytes.len().min(64)].windows(word.len()).any(|part| part == word);
-    match magic {
+    match MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         Some((_, what)) => Err(binary(path, what)),
-        None if within(b"WAVEDESC") => Err(binary(path, "a LeCroy file (.trc)")),
-        None if bytes.get(2..).is_some_and(|rest| rest.starts_with(b":WFM#")) => {
-            Err(binary(path, "a Tektronix file (.wfm)"))
-        }
         None => Ok(()),
     }
 }

@@ -120,9 +120,14 @@ pub enum MeasurementError {
     WrongRange { path: PathBuf, found: String },
     #[error(
         "{place}: expected a header that names the columns with their units, found `{found}`; add one such as \
-         `time_s,velocity_mm_per_s`, or pass both --read time_unit=UNIT and --unit UNIT"
+         `time_s,velocity_mm_per_s`, or pass {flags}"
     )]
-    NoHeader { place: Place, found: String },
+    NoHeader {
+        place: Place,
+        found: String,
+        /// Flags that say what a header would.
+        flags: String,
+    },
     #[error("{place}: expected rows of numbers below the header, found none; export the record again")]
     NoRows { place: Place },
     #[error("{}: expected at least {needed} samples, found {found}; export the whole record", path.display())]
@@ -137,12 +142,23 @@ pub enum MeasurementError {
          and --read time_unit=UNIT, or --sample-rate if there is no time in the file",
         listed(columns)
     )]
-    NoTime { place: Place, columns: Vec<String> },
+    NoTime {
+        place: Place,
+        columns: Vec<String>,
+        /// The first column, if it has no unit and rises from row to row.
+        likely: Option<String>,
+    },
     #[error(
         "{place}: a {} record needs {}; found the columns {}; rename one, or pass --channel and --unit",
         kind.name(), wanted(*kind), listed(columns)
     )]
-    NoQuantity { place: Place, kind: RecordKind, columns: Vec<String> },
+    NoQuantity {
+        place: Place,
+        kind: RecordKind,
+        columns: Vec<String>,
+        /// Of these the ones without a unit, which may be meant.
+        open: Vec<String>,
+    },
     #[error(
         "{place}: expected the force of a sensor in newtons or volts, found {}; the columns are {}; choose one with --channel",
         if found.is_empty() { "none".into() } else { listed(found) }, listed(columns)
@@ -157,7 +173,10 @@ pub enum MeasurementError {
     Ambiguous { place: Place, flag: &'static str, candidates: Vec<String>, numbers: Vec<usize> },
     #[error("{place}: expected samples in time, found a spectrum; export the time data")]
     Spectrum { place: Place },
-    #[error("{}; all at once: {}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  and "), remedies(.0))]
+    #[error(
+        "{}{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  and "),
+        remedies(.0).map(|flags| format!("; all at once: {flags}")).unwrap_or_default()
+    )]
     Several(Vec<MeasurementError>),
     #[error(
         "{place}: expected one sample at every instant, found two: the extremes that an oscilloscope writes in the mode Peak Detect, which are no          samples; record again in the mode Sample"

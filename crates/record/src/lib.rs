@@ -23,6 +23,7 @@ mod header;
 mod horn_drive;
 mod line;
 mod mask;
+mod names;
 mod noise;
 mod notes;
 mod onset;

@@ -2,7 +2,7 @@
 
 use granchain_signal::Dimension;
 
-use super::{MeasurementError, RecordKind, column::Column, shell::shell_word};
+use super::{MeasurementError, RecordKind, column::Column, shell::shell_word, universal::UniversalError};
 
 pub(super) fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -82,8 +82,9 @@ pub(super) fn times(announced: usize, found: usize) -> String {
     format!("{found}, {} times as many", found / announced.max(1))
 }
 
-pub(super) fn remedies(errors: &[MeasurementError]) -> String {
-    errors.iter().filter_map(MeasurementError::remedy).collect::<Vec<_>>().join(" ")
+/// The flags that resolve all errors; `None` if no flag resolves one of them.
+pub(super) fn remedies(errors: &[MeasurementError]) -> Option<String> {
+    errors.iter().map(MeasurementError::remedy).collect::<Option<Vec<_>>>().map(|flags| flags.join(" "))
 }
 
 impl MeasurementError {
@@ -91,12 +92,23 @@ impl MeasurementError {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }
 
+    /// The error, with the column that may be time where none is.
+    pub(super) fn with_likely_time(self, column: &str) -> Self {
+        match self {
+            Self::NoTime { place, columns, .. } => Self::NoTime { place, columns, likely: Some(column.into()) },
+            Self::Several(errors) => {
+                Self::Several(errors.into_iter().map(|error| error.with_likely_time(column)).collect())
+            }
+            other => other,
+        }
+    }
+
     /// Flags that resolve the error, with placeholders such as `<VALUE>` for what only the user knows; `None` if no
     /// flag helps.
     #[must_use]
     pub fn remedy(&self) -> Option<String> {
         Some(match self {
-            Self::Several(errors) => remedies(errors),
+            Self::Several(errors) => return remedies(errors),
             Self::Ambiguous { flag, candidates, numbers, .. } => {
                 // What has no unit may be anything, also a time or a counter: then nothing is proposed.
                 let known = Column::from_header(candidates.first()?).unit.is_some_and(|unit| unit.is_ok());
@@ -111,10 +123,21 @@ impl MeasurementError {
                 RecordKind::Vibrometer => "--scale '<VALUE> mm/s/V'".into(),
                 RecordKind::Hydrophone => "--scale '<VALUE> mV/MPa'".into(),
             },
+            Self::NoQuantity { open, .. } => match &open[..] {
+                [] => return None,
+                [only] => format!("--channel {} --unit UNIT", shell_word(only)),
+                _ => "--channel NAME --unit UNIT".into(),
+            },
+            Self::Segments { wanted: None, .. } | Self::Universal(UniversalError::Several { wanted: None, .. }) => {
+                "--read dataset=N".into()
+            }
+            Self::NoTime { likely: Some(column), .. } => {
+                format!("{} --read time_unit=UNIT", with_value("--read time_column=NAME", column))
+            }
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),
-            Self::NoHeader { .. } => "--read time_unit=UNIT --unit UNIT".into(),
+            Self::NoHeader { flags, .. } => flags.clone(),
             _ => return None,
         })
     }

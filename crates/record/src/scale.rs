@@ -50,9 +50,22 @@ fn volts_a_pascal(sensitivity: f64) -> String {
     format!("{}/Pa", Quantity::new(rounded, Dimension::VOLTAGE))
 }
 
+/// `-220 dB re 1 V/uPa`, as data sheets of hydrophones state it; `None` for what is not in decibels.
+fn in_decibels(text: &str) -> Option<Result<Quantity, granchain_signal::QuantityError>> {
+    let (level, reference) = text.split_once("dB")?;
+    let level: f64 = level.trim().replace('\u{2212}', "-").parse().ok()?;
+    let reference = reference.trim().trim_start_matches('(').trim_end_matches(')').trim();
+    let reference = reference.strip_prefix("re").unwrap_or(reference).trim_start_matches([':', '.']).trim();
+    let reference = match reference.chars().next()? {
+        '0'..='9' => Quantity::parse(reference),
+        _ => Quantity::parse(&format!("1 {reference}")),
+    };
+    Some(reference.map(|unit| Quantity::new(10f64.powf(level / 20.0) * unit.value, unit.dimension)))
+}
+
 impl Sensitivity {
     /// Reads `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`, or the usual form for hydrophones, volts per
-    /// pressure: `250 nV/Pa`, `50 mV/MPa`.
+    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`.
     ///
     /// ```
     /// use granchain_record::Sensitivity;
@@ -69,7 +82,10 @@ impl Sensitivity {
     /// # Errors
     /// [`SensitivityError`] for anything but a positive velocity, length or pressure a volt, and for what no hydrophone has.
     pub fn parse(text: &str) -> Result<Self, SensitivityError> {
-        let quantity = Quantity::parse(text)?;
+        let quantity = match in_decibels(text) {
+            Some(quantity) => quantity?,
+            None => Quantity::parse(text)?,
+        };
         let volt = Dimension::VOLTAGE.volt;
         let measured = Dimension { volt: quantity.dimension.volt.saturating_add(volt), ..quantity.dimension };
         let pressure = Dimension::PRESSURE;
@@ -140,6 +156,12 @@ mod tests {
             assert!((found.per_volt - per_volt).abs() < 4e-16 * per_volt, "{text}: {found:?}");
             assert_eq!(found.dimension, motion, "{text}");
         }
+        for text in ["-220 dB re 1 V/uPa", "\u{2212}220 dB re 1V/\u{b5}Pa", "-220 dB (re: V/uPa)", "-100 dB re 1 V/Pa"]
+        {
+            let found = Sensitivity::parse(text).unwrap();
+            assert!((found.per_volt - 1e5).abs() < 1e-9 && found.dimension == Dimension::PRESSURE, "{text}: {found:?}");
+        }
+        assert!(Sensitivity::parse("-220 dB").is_err() && Sensitivity::parse("-220 dB re 1 V").is_err());
         assert_eq!(Sensitivity::parse("100 mm/s/V").unwrap().to_string(), "0.1 m/s/V");
         assert_eq!(Sensitivity::parse("250 nV/Pa").unwrap().to_string(), "4 MPa/V (250 nV/Pa)");
     }

@@ -12,7 +12,23 @@ pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
     if !text.contains('\n') && text.contains('\r') { Cow::Owned(text.replace('\r', "\n")) } else { text }
 }
 
-/// The same for bytes without LF.
+/// Replaces the minus sign of typography before a number by a hyphen.
+pub(super) fn with_hyphens(text: Cow<'_, str>) -> Cow<'_, str> {
+    const MINUS: char = '\u{2212}';
+    if !text.contains(MINUS) {
+        return text;
+    }
+    let mut plain = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let is_sign =
+            letter == MINUS && letters.peek().is_some_and(|next| next.is_ascii_digit() || matches!(next, '.' | ','));
+        plain.push(if is_sign { '-' } else { letter });
+    }
+    Cow::Owned(plain)
+}
+
+/// CR line ends replaced by LF, of bytes.
 pub(super) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     if bytes.contains(&b'\n') || !bytes.contains(&b'\r') {
         return Cow::Borrowed(bytes);

@@ -15,8 +15,10 @@ use super::{
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
+    names::{Header, has_numbers, rises},
     place::SampleLines,
     preamble::{self, Preamble},
+    remedy::listed,
     samples::{BRIDGED, Gap, Taking},
     sampling, separated,
     universal::{self, UniversalText},
@@ -104,8 +106,8 @@ pub(super) struct TextForm {
 
 /// A row of cells and its line.
 pub(super) struct Rows<'a> {
-    bytes: &'a [u8],
-    reader: csv::Reader<&'a [u8]>,
+    pub bytes: &'a [u8],
+    pub reader: csv::Reader<&'a [u8]>,
     pub record: ByteRecord,
     counted_to: usize,
     pub line: u64,
@@ -114,7 +116,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(bytes: &'a [u8], first: u64, delimiter: Delimiter) -> Self {
+    pub fn new(bytes: &'a [u8], first: u64, delimiter: Delimiter) -> Self {
         let mut builder = ReaderBuilder::new();
         builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter.byte());
         let reader = builder.from_reader(bytes);
@@ -122,7 +124,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Read the next row that is not blank; false at the end.
-    fn advance(&mut self) -> bool {
+    pub fn advance(&mut self) -> bool {
         // Reading from memory with flexible rows has nothing to fail at.
         while matches!(self.reader.read_byte_record(&mut self.record), Ok(true)) {
             // The byte after the row is known, the line is counted from it: comments and blank lines have been passed over.
@@ -139,7 +141,7 @@ impl<'a> Rows<'a> {
     }
 
     /// The cells of a header, cut to the longest name.
-    fn cells(&self) -> Vec<String> {
+    pub fn cells(&self) -> Vec<String> {
         self.record.iter().map(|cell| shortened(text(cell), LONGEST_NAME)).collect()
     }
 
@@ -175,7 +177,7 @@ pub(super) fn is_missing(cell: &str) -> bool {
 
 /// The columns of a table of text according to its first bytes; `bytes` end with a line.
 pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
-    let text = separated::with_line_ends(encoding::decode(path, bytes)?.text);
+    let text = separated::with_hyphens(separated::with_line_ends(encoding::decode(path, bytes)?.text));
     let preamble = preamble::recognise(path, &text, options.dataset)?;
     let from = preamble.as_ref().map_or(0, |preamble| preamble.body);
     let body = separated::by_tabs(text.get(from..).unwrap_or_default(), options);
@@ -201,7 +203,7 @@ pub(super) fn read(
         return universal::read(path, &lines, kind, options);
     }
     let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
-    let text = separated::with_line_ends(text);
+    let text = separated::with_hyphens(separated::with_line_ends(text));
     let preamble = preamble::recognise(path, &text, options.dataset)?;
     let (from, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
     let until = preamble.as_ref().and_then(|it| it.end).unwrap_or(text.len());
@@ -229,14 +231,23 @@ pub(super) fn read(
         return Err(MeasurementError::Empty { path: path.into() });
     }
     let header = Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?;
-    let Header { mut columns, line: header_line, units_line, commented } = header;
+    let Header { mut columns, line: header_line, units_line, commented, bare } = header;
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
-    let mut chosen = choose(path, header_at, &mut columns, kind, options, timed, stated)?;
+    let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
+    let mut chosen = chosen.map_err(|error| match columns.first() {
+        _ if !has_numbers(&rows, dialect) => MeasurementError::NoRows { place: Place::line(path, header_at) },
+        Some(first)
+            if columns.len() > 1 && first.unit.is_none() && !first.header.is_empty() && rises(&rows, dialect) =>
+        {
+            error.with_likely_time(&first.header)
+        }
+        _ => error,
+    })?;
     let own = clocks.get(chosen.value).copied().flatten();
     if own.is_some() {
         chosen.time = None;
@@ -291,7 +302,8 @@ pub(super) fn read(
         _ => usize::MAX,
     };
 
-    let remarks = preamble.as_ref().is_some_and(|preamble| preamble.remarks);
+    let remarks = preamble.as_ref().is_some_and(|preamble| preamble.remarks)
+        || bare.iter().any(|name| name.eq_ignore_ascii_case("comment"));
     // Some rows end with delimiters, some are filled up to the width of a longer header.
     let beyond = rows.record.iter().skip(columns.len());
     let trailing = rows.record.len() > columns.len() && beyond.into_iter().all(|cell| cell.trim_ascii().is_empty());
@@ -334,6 +346,9 @@ pub(super) fn read(
             time(step)
         );
         table.assumptions.push(text);
+    }
+    if !bare.is_empty() {
+        table.assumptions.push(format!("{} at the end of the header: without cells, passed over", listed(&bare)));
     }
     rows.blanks_count = table.chosen.time.is_none();
     let taking = Taking { path, dialect, trailing, missing: options.missing, remarks };
@@ -421,114 +436,6 @@ impl Table {
             words += 1;
         }
         true
-    }
-}
-
-/// The columns and the position of their header.
-struct Header {
-    columns: Vec<Column>,
-    line: Option<u64>,
-    units_line: Option<u64>,
-    /// Whether it is the comment above the rows.
-    commented: bool,
-}
-
-/// The comment above the first row as a header, if it is as wide and names a time with its unit, as some programs
-/// write it.
-fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<Vec<String>> {
-    let end = rows.reader.position().byte() as usize;
-    let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
-    let comment = before.lines().next_back()?.strip_prefix('#')?;
-    let names: Vec<String> = comment.split(dialect.delimiter.character()).map(|cell| cell.trim().to_owned()).collect();
-    let is_time = |name: &String| {
-        let column = Column::from_header(name);
-        column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == granchain_signal::Dimension::TIME))
-    };
-    (names.len() == first.len() && names.iter().any(is_time)).then_some(names)
-}
-
-impl Header {
-    /// From the first row; afterwards `rows` stands at the first row of numbers.
-    fn read(
-        path: &Path,
-        rows: &mut Rows<'_>,
-        preamble: Option<&Preamble>,
-        dialect: Dialect,
-        options: &ReadOptions,
-    ) -> Result<Self, MeasurementError> {
-        let mut header = Self { columns: Vec::new(), line: None, units_line: None, commented: false };
-        let first = rows.cells();
-        let number = |cell: &String| number(cell, dialect.decimal).is_some();
-        if let Some(names) = preamble.and_then(|preamble| preamble.header.as_ref()) {
-            header.columns.extend(names.iter().map(|name| Column::from_header(name)));
-        } else if first.iter().any(number) && first.iter().all(|cell| number(cell) || is_missing(cell)) {
-            if let Some(names) = header_above(rows, &first, dialect) {
-                header.columns.extend(names.iter().map(|name| Column::from_header(name)));
-                header.commented = true;
-                return Ok(header);
-            }
-            let timed = options.time_unit.is_some() || options.sample_rate.is_some();
-            if !timed || (options.unit.is_none() && options.scale.is_none()) {
-                let found = first.join(&dialect.delimiter.character().to_string());
-                return Err(MeasurementError::NoHeader { place: Place::line(path, rows.line), found });
-            }
-            // Without a header the columns are known by their numbers.
-            header.columns.extend((1..=first.len()).map(|number| Column::from_header(&number.to_string())));
-        } else {
-            if let Some(found) = first.iter().find(|cell| cell.starts_with('#') && cell.contains('=')) {
-                let (from, found) = (rows.line, found.clone());
-                let mut last = from;
-                while rows.advance() && !rows.cells().first().is_some_and(number) {
-                    last = rows.line;
-                }
-                return Err(MeasurementError::UnknownPreamble {
-                    place: Place::line(path, from),
-                    first: 1,
-                    last,
-                    found,
-                });
-            }
-            header.columns.extend(first.iter().map(|cell| Column::from_header(cell)));
-            header.line = Some(rows.line);
-            header.next(path, rows)?;
-            header.take_units(path, rows)?;
-        }
-        if let Some((time, other)) = preamble.and_then(|preamble| preamble.units.as_ref()) {
-            for column in header.columns.iter_mut().filter(|column| !column.header.is_empty()) {
-                let is_time = column.name.to_lowercase().starts_with("time");
-                column.add_unit_cell(if is_time { time } else { other });
-            }
-        }
-        Ok(header)
-    }
-
-    fn next(&self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
-        let line = rows.line;
-        if rows.advance() { Ok(()) } else { Err(MeasurementError::NoRows { place: Place::line(path, line) }) }
-    }
-
-    /// Takes a row of units: no cell is a number, at least one looks like a unit, none begins like a number.
-    fn take_units(&mut self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
-        let mut cells = rows.cells();
-        // A delimiter may end this row and not the one above.
-        while cells.len() > self.columns.len() && cells.last().is_some_and(String::is_empty) {
-            cells.pop();
-        }
-        let wordy =
-            |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-        let without = self.columns.iter().filter(|column| column.unit.is_none()).count();
-        let given = self.columns.iter().zip(&cells).filter(|(column, cell)| column.unit.is_none() && !cell.is_empty());
-        if cells.len() == self.columns.len()
-            && cells.iter().all(|cell| cell.is_empty() || wordy(cell))
-            && given.count() * 2 >= without.max(1)
-        {
-            for (column, cell) in self.columns.iter_mut().zip(&cells) {
-                column.add_unit_cell(cell);
-            }
-            self.units_line = Some(rows.line);
-            self.next(path, rows)?;
-        }
-        Ok(())
     }
 }
 

@@ -28,8 +28,7 @@ const OF_A_BEAD: &str = "'<VALUE> mm/s/V'";
 const OF_A_HORN: &str = "'<VALUE> um/V'";
 
 /// What was said of a file whose kind was open, of the horn's.
-fn as_of_horn(text: &str) -> String {
-    let text = DriveUnread::of_drive(text);
+fn as_of_horn(text: String) -> String {
     if text.contains(OF_A_HORN) { text } else { text.replace(OF_A_BEAD, OF_A_HORN) }
 }
 
@@ -48,8 +47,8 @@ impl Unread {
         }
         if let Some(error) = horn {
             let Some(remedy) = error.remedy() else { return Err(DriveUnread(error).into()) };
-            messages.push(as_of_horn(&error.to_string()));
-            flags.push(as_of_horn(&remedy));
+            messages.push(as_of_horn(DriveUnread::of_drive(&error.to_string())));
+            flags.push(as_of_horn(DriveUnread::flags_of_drive(&remedy)));
         }
         flags.extend(settled);
         Ok(Self { messages, flags: flags.join(" ") })

@@ -56,6 +56,18 @@ impl<'a> Bytes<'a> {
         self.fixed(at).map(u64::from_le_bytes)
     }
 
+    pub fn byte(&self, at: usize) -> Option<u8> {
+        self.all.get(at).copied()
+    }
+
+    pub fn i32(&self, at: usize) -> Option<f64> {
+        self.u32(at).map(|value| f64::from(value.cast_signed()))
+    }
+
+    pub fn i64(&self, at: usize) -> Option<f64> {
+        self.u64(at).map(|value| value.cast_signed() as f64)
+    }
+
     pub fn f32(&self, at: usize) -> Option<f64> {
         self.fixed(at).map(f32::from_le_bytes).map(f64::from)
     }
@@ -95,6 +107,6 @@ impl<'a> Bytes<'a> {
     /// `count` samples from `at` on, `stride` bytes apart; as many as there are.
     pub fn samples(&self, at: usize, stride: usize, count: usize, kind: Sample) -> Vec<f64> {
         let there = self.all.len().saturating_sub(at) / stride.max(1) + 1;
-        (0..count.min(there)).map_while(|index| self.sample(at + index * stride, kind)).collect()
+        (0..count.min(there)).map_while(|index| self.sample(at.checked_add(index * stride)?, kind)).collect()
     }
 }

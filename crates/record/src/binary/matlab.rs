@@ -1,7 +1,7 @@
 //! MATLAB `.mat` of versions 5 to 7: matrices of real numbers, also within structures.
 //!
 //! Behind a header of 128 bytes follow elements of a type, a length and data that fill up to eight bytes; a compressed element is a zlib stream of one
-//! element. A matrix holds its flags, sizes, name and real part. Version 7.3 is HDF5 and is refused with what to type.
+//! element. A matrix holds its flags, sizes, name and real part.
 
 use std::{io::Read as _, path::Path};
 
@@ -39,8 +39,9 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
 fn element(file: Bytes<'_>, at: usize) -> Option<(u32, usize, usize, usize)> {
     let first = file.u32(at)?;
     if first >> 16 != 0 {
-        // A small element: length and type share four bytes.
-        return Some((first & 0xffff, (first >> 16) as usize, at + 4, at + 8));
+        // A small element: length and type share four bytes, the data are the other four.
+        let length = (first >> 16) as usize;
+        return (length <= 4).then_some((first & 0xffff, length, at + 4, at + 8));
     }
     let length = file.count(at + 4)?;
     let end = (at + 8).checked_add(length)?;
@@ -85,7 +86,7 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     let flags = file.u32(flags)?;
     let (class, flags) = (flags as u8, (flags >> 8) as u8);
     let (_, length, sizes, at) = element(file, at)?;
-    let sizes: Vec<usize> = (0..length / 4).filter_map(|index| file.count(sizes + 4 * index)).collect();
+    let sizes: Vec<usize> = (0..length / 4).map(|index| file.count(sizes + 4 * index)).collect::<Option<_>>()?;
     let (_, length, name, mut at) = element(file, at)?;
     let name = file.text(name, length)?;
     let name =
@@ -96,7 +97,8 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
         let (_, length, names, next) = element(file, next)?;
         at = next;
         let count = length.checked_div(width)?;
-        for field in (0..count).cycle().take(count.checked_mul(sizes.iter().product())?) {
+        let all = sizes.iter().try_fold(count, |all, size| all.checked_mul(*size))?;
+        for field in (0..count).cycle().take(all) {
             let (kind, length, data, next) = element(file, at)?;
             let inner = Bytes { all: file.slice(data, length)?, ..file };
             if kind == MATRIX && found.len() < MOST_MATRICES {
@@ -133,4 +135,27 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     let values = file.samples(data, kind.width(), count, kind);
     found.push(Array { name, rows: sizes[0], columns: sizes[1], values });
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_whose_sizes_pass_the_end_of_the_file_is_refused_at_once() {
+        let part =
+            |kind: u32, length: u32, data: &[u8]| [&kind.to_le_bytes()[..], &length.to_le_bytes(), data].concat();
+        let bytes = [part(6, 8, &[6, 0, 0, 0, 0, 0, 0, 0]), part(5, 0xffff_fff8, &[1, 0, 0, 0])].concat();
+        let before = std::time::Instant::now();
+        assert_eq!(matrix(Bytes::little(&bytes), "", &mut Vec::new(), 0), None);
+        assert!(before.elapsed().as_secs_f64() < 0.05, "{:?}", before.elapsed());
+    }
+
+    /// Else elements could hold each other, and a file of 4 kB would take seconds.
+    #[test]
+    fn a_small_element_holds_four_bytes_and_no_more() {
+        let of = |length: u8| element(Bytes::little(&[14, 0, length, 0, 1, 2, 3, 4, 5, 6, 7, 8]), 0);
+        assert_eq!(of(4), Some((MATRIX, 4, 4, 8)));
+        assert_eq!(of(5), None);
+    }
 }

@@ -7,16 +7,23 @@
 //! | NI TDMS | `TDSm` | National Instruments, *TDMS File Format Internal Structure* |
 //! | LeCroy, Teledyne `.trc` | `WAVEDESC` | LeCroy, template `LECROY_2_3` |
 //! | Tektronix `.isf` | `:WFMP` | Tektronix, programmer manuals, `WFMOutpre` |
+//! | Tektronix `.wfm` | `:WFM#00` behind the order of bytes | Tektronix, *Reference Waveform File Format* |
 //! | Keysight, Agilent, Rigol `.bin` | `AG` or `RG` and two digits | Keysight, *InfiniiVision Binary Waveform File Format* |
+//! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
 //! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
+//! | HDF5, MATLAB 7.3 | refused with what to type | – |
+//! | Siglent `.bin` | switches and scales of its channels; refused | Siglent, *How to Extract Data from the Binary File* |
 //! | WAV | `RIFF` | – |
 
 mod bytes;
+mod hdf5;
 mod keysight;
 mod lecroy;
 mod matlab;
 mod numpy;
+mod rigol;
 mod rohde_schwarz;
+mod siglent;
 mod tdms;
 mod tektronix;
 mod wav;
@@ -68,9 +75,13 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         [b'R', b'I', b'F', b'F', ..] => wav::read,
         [b'A' | b'R', b'G', b'0' | b'1' | b'2' | b'3', b'0'..=b'9', ..] => keysight::read,
         _ if head.starts_with(b"MATLAB 5.0") => matlab::read,
+        _ if hdf5::is_file(head) => hdf5::refuse,
         _ if head.starts_with(b":WFMP") || head.starts_with(b":CURV") => tektronix::read,
+        _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
+        _ if rigol::reader(head).is_some() => return rigol::reader(head),
+        _ if siglent::is_file(head) => siglent::refuse,
         _ => return None,
     })
 }

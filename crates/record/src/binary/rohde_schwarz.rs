@@ -100,7 +100,8 @@ fn contents(text: &str, data: &[u8]) -> Result<Contents, String> {
     let levels = number("NofQuantisationLevels").unwrap_or(253.0);
     let mut channels = Vec::new();
     for (place, &index) in on.iter().enumerate() {
-        let mut values = file.samples(8 + left_out * stride + time + place * kind.width(), stride, count, kind);
+        let from = left_out.saturating_mul(stride).saturating_add(8 + time + place * kind.width());
+        let mut values = file.samples(from, stride, count, kind);
         if values.len() < count {
             return Err(format!(
                 "Rohde & Schwarz export: expected {count} samples, found {}; the file was cut short: copy it again",

@@ -1,4 +1,4 @@
-//! Tektronix `.isf`: a preamble of `KEY VALUE;` and one curve as a block `#NLENGTH…`.
+//! Tektronix `.isf`: a preamble of `KEY VALUE;` and one curve as a block `#NLENGTH…`; and `.wfm` of the versions `WFM#001` to `WFM#003`.
 
 use std::path::Path;
 
@@ -8,6 +8,8 @@ use super::{
     bytes::{Bytes, Sample},
 };
 
+/// Data of a `.wfm` that are samples in time.
+const VECTOR: u32 = 2;
 /// Longest preamble, bytes.
 const LONGEST: usize = 16_384;
 
@@ -78,5 +80,84 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
         } else {
             Vec::new()
         },
+    })
+}
+
+/// Format of the samples of a `.wfm`, and its version from 0 on, by its first bytes.
+fn version(head: &[u8]) -> Option<(bool, usize)> {
+    let big_endian = match head.get(..2)? {
+        [0x0f, 0x0f] => false,
+        [0xf0, 0xf0] => true,
+        _ => return None,
+    };
+    let version = head.get(2..10)?.strip_prefix(b":WFM#00")?;
+    Some((big_endian, usize::from(version[0].checked_sub(b'1')?)))
+}
+
+pub(super) fn is_wfm(head: &[u8]) -> bool {
+    version(head).is_some()
+}
+
+/// Value: sample · scale + offset at offset + i · scale of the time; samples before and after the record serve its interpolation and are left out.
+pub(super) fn read_wfm(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+    let wrong = |expected: &str, found: &str, remedy: &str| {
+        format!("Tektronix file (.wfm): expected {expected}, found {found}; {remedy}")
+    };
+    let (big_endian, version) = version(bytes).unwrap_or_default();
+    // Places of the voltage, the time and the curve: the second version has two bytes more before them, the third eight for four in each of four parts.
+    let Some(&[volts, time, curve]) = [[166, 478, 790], [168, 480, 792], [168, 488, 808]].get(version) else {
+        return Err(wrong(
+            "the version WFM#001 to WFM#003",
+            &format!("WFM#00{}", version + 1),
+            "save the record as CSV",
+        ));
+    };
+    let file = Bytes { all: bytes, big_endian };
+    let cut = || wrong("a header and samples", "fewer bytes", "the file was cut short: copy it again");
+    let head = || {
+        let kind = match file.u32(volts + 72)? {
+            0 => Sample::Signed(2),
+            1 => Sample::Signed(4),
+            2 => Sample::Unsigned(4),
+            3 => Sample::Unsigned(8),
+            4 => Sample::Float(4),
+            5 => Sample::Float(8),
+            6 => Sample::Unsigned(1),
+            7 => Sample::Signed(1),
+            _ => return Some(None),
+        };
+        let buffer = file.count(16)?;
+        let [from, until] =
+            [curve + 14, curve + 18].map(|at| file.count(at).and_then(|offset| buffer.checked_add(offset)));
+        Some(Some((kind, file.count(72)?, file.u32(122)?, from?, until?)))
+    };
+    let (kind, frames, data, from, until) = head()
+        .ok_or_else(cut)?
+        .ok_or_else(|| wrong("samples of 8 to 64 bits", "another format", "save the record as CSV"))?;
+    if frames > 0 {
+        let found = format!("{} frames", frames + 1);
+        return Err(wrong("one record", &found, "save the frames one by one (FastFrame off, or as CSV)"));
+    }
+    if data != VECTOR {
+        return Err(wrong(
+            "samples in time",
+            &format!("data of kind {data}"),
+            "save the channel, not a digital or spectral one",
+        ));
+    }
+    let body = until.checked_sub(from).and_then(|length| file.slice(from, length)).ok_or_else(cut)?;
+    let mut values = file.samples(from, kind.width(), body.len() / kind.width(), kind);
+    let [gain, offset, step, start] = [volts, volts + 8, time, time + 8].map(|at| file.f64(at).unwrap_or(f64::NAN));
+    values.iter_mut().for_each(|value| *value = *value * gain + offset);
+    let text = |at, length| file.text(at, length).unwrap_or_default();
+    let label = Some(text(40, 32)).filter(|label| !label.is_empty()).unwrap_or_else(|| "waveform".into());
+    let axis = text(time + 20, 20);
+    if !axis.to_lowercase().starts_with('s') && !axis.is_empty() {
+        return Err(wrong("samples in time", &format!("an axis in `{axis}`"), "save the record in time"));
+    }
+    Ok(Contents {
+        written: format!("Tektronix (.wfm, version {})", version + 1),
+        channels: vec![Channel { name: label, unit: text(volts + 20, 20), grid: Some((start, step)), values }],
+        ..Contents::default()
     })
 }

@@ -16,7 +16,7 @@ pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Optio
     }
     let keys = path.with_file_name(format!("{stem}.csv"));
     let Ok(text) = std::fs::read_to_string(&keys) else {
-        let wanted = "a file of the same name without `.Wfm` beside it, which holds the instants,";
+        let wanted = "a file of the same name without `.Wfm` beside it, which holds the instants";
         return Err(missing(path, "Rohde & Schwarz RTO", wanted));
     };
     let pairs = lines(&text);

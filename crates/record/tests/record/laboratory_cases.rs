@@ -256,3 +256,119 @@ fn a_spectrum_in_hertz_and_decibel_is_called_one() {
     let message = read("a.csv", &text, &scaled()).unwrap_err().to_string();
     assert!(message.contains("found a spectrum"), "{message}");
 }
+
+#[test]
+fn names_without_cells_are_no_columns() {
+    let columns = |bare: &str| format!("X_Value\tvibrometer (V)\thorn (V){bare}");
+    let timed = ReadOptions { time_unit: Some("s".into()), ..channel("2") };
+    for remark in ["", "\tshot 12, gain 2"] {
+        let text = file(&columns("\tComment"), 400, |i| {
+            let first = if i == 0 { remark } else { "" };
+            format!("{:.6}\t{:.6}\t{:.6}{first}", 1e-6 * i as f64, volts(i), 0.5 * volts(i))
+        });
+        let record = read("a.lvm", &text, &timed).unwrap();
+        assert_record(&record, 400, 0.0, 1e-6, 1.0);
+        assert!(record.assumptions.iter().any(|it| it.contains("`Comment`") && it.contains("passed over")));
+    }
+    // Rigol, its row of start and step cut off.
+    let text = file("CH1,CH2,Start,Increment,", 400, |i| format!("{:.6},{:.6},", volts(i), 0.5 * volts(i)));
+    let given = ReadOptions { sample_rate: Some(1e6), unit: Some("V".into()), ..channel("CH1") };
+    assert_record(&read("a.csv", &text, &given).unwrap(), 400, 0.0, 1e-6, 1.0);
+    // A name with cells, if only in some rows, and one that says something, stay.
+    let remarked = file("Time (s),CH1 (V),comment", 400, |i| {
+        format!("{:.6},{:.6},{}", 1e-6 * i as f64, volts(i), if i == 9 { "bump" } else { "" })
+    });
+    assert_record(&read("a.csv", &remarked, &channel("2")).unwrap(), 400, 0.0, 1e-6, 1.0);
+    for text in [
+        file("Time (s),CH1 (V),Start", 400, |i| format!("{:.6},{:.6},1", 1e-6 * i as f64, volts(i))),
+        file("Time (s),CH1 (V),CH2 (V)", 400, |i| format!("{:.6},{:.6}", 1e-6 * i as f64, volts(i))),
+    ] {
+        let outcome = read("a.csv", &text, &channel("2"));
+        assert!(outcome.map_or(true, |record| !record.assumptions.iter().any(|it| it.contains("without cells"))));
+    }
+}
+
+#[test]
+fn the_minus_sign_of_typography_is_a_minus() {
+    let text = file("Time (s);Velocity (mm/s)", 400, |i| {
+        format!("{:.6};{:.3}", 1e-6 * i as f64 - 1e-4, 1e3 * volts(i)).replace('-', "\u{2212}").replace('.', ",")
+    });
+    assert!(text.contains("\n\u{2212}0,000100;"));
+    assert_record(&read("a.csv", &text, &ReadOptions::default()).unwrap(), 400, -1e-4, 1e-6, 1.0);
+}
+
+#[test]
+fn a_table_without_a_header_asks_for_what_is_missing_and_for_nothing_twice() {
+    let two = file("", 400, |i| format!("{:.7},{:.5}", 1e-6 * i as f64 - 1e-4, volts(i)));
+    let four = file("", 400, |i| format!("{:.6}\t{:.5}\t{:.5}\t0", 1e-4 * i as f64, volts(i), 0.5 * volts(i)));
+    let falling = file("", 400, |i| format!("{:.5},{:.5}", volts(i), 0.5 * volts(i)));
+    let asked = |text: &str, options: &ReadOptions| read("a.csv", text.trim_start(), options).unwrap_err().remedy();
+    let with = |time_unit: Option<&str>, unit: Option<&str>| ReadOptions {
+        time_unit: time_unit.map(Into::into),
+        unit: unit.map(Into::into),
+        ..ReadOptions::default()
+    };
+    for (text, options, flags) in [
+        (&two, with(None, None), "--read time_unit=UNIT --unit UNIT"),
+        (&two, with(Some("s"), None), "--unit UNIT"),
+        (&two, with(None, Some("m/s")), "--read time_unit=UNIT"),
+        (&two, ReadOptions { sample_rate: Some(1e6), ..scaled() }, "--channel 2"),
+        (&four, with(None, None), "--read time_column=1 --read time_unit=UNIT --channel 2 --unit UNIT"),
+        (&four, with(Some("s"), Some("m/s")), "--read time_column=1 --channel 2"),
+        (&falling, with(None, None), "--sample-rate RATE --channel 1 --unit UNIT"),
+    ] {
+        assert_eq!(asked(text, &options).as_deref(), Some(flags), "{options:?}");
+    }
+    let all = ReadOptions { time_column: Some("1".into()), column: Some("2".into()), ..with(Some("s"), Some("m/s")) };
+    assert_record(&read("a.csv", four.trim_start(), &all).unwrap(), 400, 0.0, 1e-4, 1.0);
+}
+
+#[test]
+fn where_no_flag_helps_none_is_proposed() {
+    let text = file("Frequency (Hz),Channel 1 Magnitude (dB)", 40, |i| format!("{},{}", 1000 + 100 * i, -3));
+    let error = read("a.csv", &text, &ReadOptions::default()).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        error.remedy().is_none() && message.contains("found a spectrum") && !message.contains("all at once"),
+        "{message}"
+    );
+    // A time without a unit, and nothing to read.
+    let text = file("Time,Temperature (K),Mass (kg)", 40, |i| format!("{i},{i},{i}"));
+    let error = read("a.csv", &text, &ReadOptions::default()).unwrap_err();
+    assert!(error.remedy().is_none() && !error.to_string().contains("all at once"), "{error}");
+}
+
+#[test]
+fn a_column_without_a_unit_is_proposed_where_nothing_else_is_there() {
+    let text = file("CH1,CH2,Start,Increment,", 400, |i| format!("{:.6},{:.6},", volts(i), 0.5 * volts(i)));
+    let remedy = |options: &ReadOptions| read("a.csv", &text, options).unwrap_err().remedy().unwrap();
+    assert_eq!(remedy(&ReadOptions::default()), "--sample-rate RATE --channel NAME --unit UNIT");
+    let timed = ReadOptions { sample_rate: Some(1e6), ..ReadOptions::default() };
+    assert_eq!(remedy(&timed), "--channel NAME --unit UNIT");
+    let one = file("time_s,A,Temperature (K)", 400, |i| format!("{:.6},{:.6},300", 1e-6 * i as f64, volts(i)));
+    let remedy = read("a.csv", &one, &ReadOptions::default()).unwrap_err().remedy();
+    assert_eq!(remedy.as_deref(), Some("--channel A --unit UNIT"));
+}
+
+#[test]
+fn a_first_column_that_rises_is_proposed_as_time() {
+    let of = |header: &str, sign: f64| {
+        file(header, 400, |i| format!("{:.8},{:.6},{:.6}", sign * (1e-6 * i as f64 - 1e-4), volts(i), 0.5 * volts(i)))
+    };
+    let remedy = |text: &str| read("a.csv", text, &channel("2")).unwrap_err().remedy().unwrap();
+    assert_eq!(remedy(&of("X,CH 1 (V),CH 2 (V)", 1.0)), "--read time_column=X --read time_unit=UNIT");
+    assert_eq!(remedy(&of("my axis,CH 1 (V),CH 2 (V)", 1.0)), "--read 'time_column=my axis' --read time_unit=UNIT");
+    assert_eq!(remedy(&of("X,CH 1 (V),CH 2 (V)", -1.0)), "--sample-rate RATE");
+    // A quarter of a period rises too.
+    let slow = file("A,B", 400, |i| format!("{:.6},{:.6}", (0.01 * i as f64).sin(), volts(i)));
+    assert_eq!(remedy(&slow), "--sample-rate RATE");
+    let typed = ReadOptions { time_column: Some("X".into()), time_unit: Some("s".into()), ..channel("2") };
+    assert_record(&read("a.csv", &of("X,CH 1 (V),CH 2 (V)", 1.0), &typed).unwrap(), 400, -1e-4, 1e-6, 1.0);
+}
+
+#[test]
+fn a_text_without_rows_of_numbers_asks_for_no_flag() {
+    let text = "Model:Scope 2000\nSerial:12 345\nCH1:On\nScale:5.0e-02 V\n";
+    let error = read("a.txt", text, &scaled()).unwrap_err();
+    assert!(error.remedy().is_none() && error.to_string().contains("expected rows of numbers"), "{error}");
+}

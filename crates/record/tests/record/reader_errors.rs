@@ -85,7 +85,7 @@ fn no_header() {
     assert_eq!(
         refused("0,1\n1,2\n"),
         "vib.csv:1: expected a header that names the columns with their units, found `0,1`; add one such as \
-         `time_s,velocity_mm_per_s`, or pass both --read time_unit=UNIT and --unit UNIT"
+         `time_s,velocity_mm_per_s`, or pass --read time_unit=UNIT --unit UNIT"
     );
 }
 
@@ -271,7 +271,11 @@ fn binary_and_other_files() {
     let options = ReadOptions::default();
     for (bytes, found) in [
         (&b"PK\x03\x04rest"[..], "a zip archive or a spreadsheet (.xlsx)"),
-        (b"\x89HDF\r\n", "an HDF5 file (or MATLAB 7.3)"),
+        (b"LLWFM\x00\x01", "a Tektronix file of the TDS 400 to 700 (.wfm)"),
+        (b"SPBVDS\x00", "an OWON file (.bin)"),
+        (b"MDF     4.10\x00", "an ASAM file (.mf4, .mdf)"),
+        (b"PAR1\x15\x04", "a Parquet file"),
+        (b"ARROW1\x00\x00", "an Arrow or Feather file"),
         (b"time_s,v\n\x00\x01", "byte 0x00 at offset 9"),
         (b"\xff\xfet\x00\x00", "UTF-16 text with characters cut in half"),
     ] {
