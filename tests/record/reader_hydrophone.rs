@@ -76,7 +76,7 @@ fn what_is_no_hydrophone_s_record_is_refused_with_what_to_do() {
     let hydrophone = Some(RecordKind::Hydrophone);
     let velocity = file("", "velocity_mm_per_s", 1.0);
     let said = read(&velocity, hydrophone, &ReadOptions::default()).unwrap_err();
-    assert!(said.contains("expected a pressure") && said.contains("without --quantity pressure"), "{said}");
+    assert!(said.contains("expected a pressure") && said.contains("leave out --quantity pressure"), "{said}");
     let named = ReadOptions { column: Some("p (kPa)".into()), ..ReadOptions::default() };
     let said = read(&file("", "p (kPa)", 1e3), Some(RecordKind::Vibrometer), &named).unwrap_err();
     assert!(said.contains("--quantity pressure"), "{said}");

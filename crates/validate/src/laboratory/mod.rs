@@ -168,7 +168,7 @@ impl Workshop {
 impl LaboratoryPlan {
     /// What is the same of all benches with the same bodies.
     fn bodies_key(&self, setting: &Setting) -> String {
-        let of_bodies = |set: &&String| set.starts_with("chain.") || set.starts_with("support.");
+        let of_bodies = |set: &&String| ["chain.", "support.", "materials."].iter().any(|of| set.starts_with(of));
         setting.given.iter().chain(&setting.truth).filter(of_bodies).cloned().collect::<Vec<_>>().join(" ")
     }
 
