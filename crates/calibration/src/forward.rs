@@ -332,6 +332,9 @@ impl Forward {
         show: Show<T>,
     ) -> Vec<Option<T>> {
         let chunk = |(chunk, points): (usize, &[Point])| {
+            if !self.report(0) {
+                return points.iter().map(|_| None).collect();
+            }
             let number = first + (chunk * LANES) as u64;
             let mut generators: Vec<ChaCha8Rng> =
                 (0..points.len()).map(|lane| self.generator(number + lane as u64)).collect();

@@ -212,6 +212,10 @@ pub(super) fn fit_levels(
         }
         let sooner = problem.likelihood == Likelihood::Waveform && made.fidelities.len() == 1 && correction.is_none();
         let by_waveform = if sooner { by_waveform(problem, &made.joint, &search, fidelity, &fit, fresh) } else { None };
+        // What was stopped says nothing, and is not saved.
+        if !watch(done) {
+            return Err(Refusal::Stopped);
+        }
         let correction = match by_waveform {
             Some((whole, correction)) => {
                 (fit, decided) = (whole, true);
