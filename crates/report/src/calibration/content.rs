@@ -141,8 +141,8 @@ fn fidelities(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Blo
             _ => "chain's result".to_owned(),
         };
         blocks.push(Block::Paragraph(format!(
-            "{}: the search used the chain. The quoted values come only from runs of the model `{upper}`, made near the {of_below}; this region was \
-             corrected after each round. If the regions differ, the simpler model lacks an effect that is visible in the record.",
+            "{}: the search used the chain. The quoted values rest on runs of the model `{upper}` near the {of_below}; each round of runs was \
+             re-centred. If the regions differ, the simpler model lacks an effect that is visible in the record.",
             capitalised(&law.name())
         )));
         blocks.push(Block::Table(table::fidelities(law)));
