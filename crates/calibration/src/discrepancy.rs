@@ -24,7 +24,7 @@ use super::{
 const CHAIN_PAIRS: usize = 24;
 
 /// Pairs on a fidelity level above.
-const FIDELITY_PAIRS: usize = 8;
+pub(crate) const FIDELITY_PAIRS: usize = 8;
 
 const FEWEST: usize = 4;
 

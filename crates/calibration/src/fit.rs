@@ -380,15 +380,14 @@ pub(crate) fn corrected_by(
     let reading =
         Reading { parameters, training: &all, before: &before, best: correction::BEST, seed: correction.seed() };
     let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
-    let found = match fidelity.finer() {
-        _ if known.is_some() => known,
-        Some(finer) => {
+    let found = match (known, fidelity.finer()) {
+        (None, Some(finer)) => {
             Discrepancy::of_level(fidelity, finer, &first.most_likely, made as u64).map_err(|unmade| match unmade {
                 Incomplete::Stopped => FitError::Stopped { runs: made },
                 Incomplete::NotStored(source) => FitError::NotStored(source),
             })?
         }
-        None => None,
+        (known, _) => known,
     };
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
     let mut fit = Fit { history, runs, ..answer };

@@ -94,9 +94,13 @@ impl Problem {
     /// Work of one candidate on each fidelity level above the chain.
     pub(super) fn work_above(&self) -> Vec<u64> {
         let most = self.candidates.iter().map(|candidate| candidate.parameters.len()).max().unwrap_or(0);
-        let by_waveform = self.likelihood == Likelihood::Waveform && self.above.len() == 1;
-        let pairs = if by_waveform { waveform::USUAL_PAIRS } else { most_pairs(most) as u64 };
-        self.above.iter().map(|kind| pairs * self.cost(*kind)).collect()
+        let runs = if self.begins_with_waveform() { waveform::USUAL_RUNS } else { most_pairs(most) as u64 };
+        self.above.iter().map(|kind| runs * self.cost(*kind)).collect()
+    }
+
+    /// Whether the one model above the chain is run where the chain's waveform lies, and for the amplitudes only if that says nothing.
+    pub(super) fn begins_with_waveform(&self) -> bool {
+        self.likelihood == Likelihood::Waveform && self.above.len() == 1
     }
 
     /// Cost of one run of a model, in chain runs.

@@ -210,13 +210,17 @@ pub(super) fn fit_levels(
         {
             return Err(Refusal::Checkpoint(checkpoint.impossible()));
         }
-        let sooner = problem.likelihood == Likelihood::Waveform && made.fidelities.len() == 1 && correction.is_none();
-        let by_waveform = if sooner { by_waveform(problem, &made.joint, &search, fidelity, &fit, fresh) } else { None };
+        // A saved correction began because the waveform said nothing.
+        let found = if problem.begins_with_waveform() && correction.is_none() {
+            by_waveform(problem, &made.joint, &search, fidelity, &fit, fresh)
+        } else {
+            None
+        };
         // What was stopped says nothing, and is not saved.
         if !watch(done) {
             return Err(Refusal::Stopped);
         }
-        let correction = match by_waveform {
+        let correction = match found {
             Some((whole, correction)) => {
                 (fit, decided) = (whole, true);
                 correction

@@ -109,7 +109,7 @@ impl fmt::Display for Text<'_> {
                 record.form,
             )?;
         }
-        // What flags settle is one kind however it is said; else what is said alike.
+        // Files that need the same flags stand together, the others by their reason.
         let mut kinds: BTreeMap<(bool, &str), (&str, Vec<&str>)> = BTreeMap::new();
         for row in self.rows {
             let Some(reason) = row.refused.as_deref().and_then(|text| text.lines().next()) else { continue };

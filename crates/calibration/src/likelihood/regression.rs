@@ -48,7 +48,7 @@ pub(crate) struct Judged {
 }
 
 impl TrainingRuns {
-    /// Regression at `at` over runs at these squared distances, compiled for the widest available vectors; no
+    /// Regression at `at` over runs at these squared distances, compiled for vectors of four; no
     /// operations are fused, so all machines give the same result.
     pub(super) fn regress_over(&self, at: &[f64], squared: &[f64]) -> Option<Local> {
         struct Regression<'a>(&'a TrainingRuns, &'a [f64], &'a [f64]);

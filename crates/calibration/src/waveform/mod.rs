@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
 pub use self::residual::Residual;
-pub(crate) use self::source::pairs_before;
+pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 use self::{
     record::RecordTrace,
     rounds::Rounds,
@@ -107,9 +107,6 @@ const AGAIN: f64 = 0.01;
 const TURNS: u64 = 4;
 const NEAR: f64 = 1.5;
 const BETWEEN: u64 = 1 << 20;
-
-/// Pairs that a fit above the chain usually makes: two turns, and those on a finer mesh.
-pub(crate) const USUAL_PAIRS: u64 = 64;
 
 /// 95 % quantile of the standard normal distribution.
 pub(crate) const QUANTILE: f64 = 1.644_853_627;

@@ -15,7 +15,7 @@ use super::{
     start::Start,
 };
 use crate::{
-    discrepancy::{CHAIN_ERROR, Discrepancy, LEFT, MESH_ERROR},
+    discrepancy::{CHAIN_ERROR, Discrepancy, FIDELITY_PAIRS, LEFT, MESH_ERROR},
     drive::HornNoise,
     fidelity::{FidelityLevel, Pair},
     forward::{Forward, Point, Run, Show},
@@ -23,12 +23,14 @@ use crate::{
 };
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 
-/// Pairs of runs that tell what a finer step changes, and those that tell what a finer mesh does.
+/// Pairs of runs that tell what a finer step changes.
 const PAIRS: usize = 16;
-const MESH_PAIRS: usize = 8;
 
 /// Pairs that tell what the model above the chain changes.
 const PAIRS_ABOVE: usize = 24;
+
+/// Runs of the model above that a fit usually makes: two turns, and those that tell what a finer mesh changes.
+pub(crate) const USUAL_RUNS: u64 = (2 * PAIRS_ABOVE + 2 * FIDELITY_PAIRS) as u64;
 
 const FEWEST_PAIRS: usize = 4;
 
@@ -285,7 +287,7 @@ impl Source {
     /// What a finer step or mesh changes at a point; for a mesh with its change of the features.
     fn finer(&self, first: u64, point: Point) -> Option<(Correction, Option<Discrepancy>)> {
         if let Some(above) = &self.above {
-            let (points, finer) = (vec![point; MESH_PAIRS], above.finer()?);
+            let (points, finer) = (vec![point; FIDELITY_PAIRS], above.finer()?);
             let [(own, runs), (finer, finer_runs)] = [above, finer].map(|level| self.runs_above(level, first, &points));
             let (mean, columns) = correction(own, finer, MESH_ERROR)?;
             let left = Mat::from_fn(mean.len(), 1, |t, _| LEFT * mean[t]);

@@ -80,9 +80,7 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
-        _ if rigol::reader(head).is_some() => return rigol::reader(head),
-        _ if siglent::is_file(head) => siglent::refuse,
-        _ => return None,
+        _ => return rigol::reader(head).or_else(|| siglent::is_file(head).then_some(siglent::refuse as Reader)),
     })
 }
 
