@@ -159,7 +159,7 @@ impl FidelityLevel {
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
         let mut scene = fidelity_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
-        Self { chain: chain.clone(), prepared, scene, below: None, finer: None, kept: None }
+        Self { chain: chain.clone().in_blocks(), prepared, scene, below: None, finer: None, kept: None }
     }
 
     /// The same with finer bodies of the same scene.
@@ -262,14 +262,14 @@ impl FidelityLevel {
     }
 
     /// Make runs of ascending numbers.
-    fn made(&self, mut plans: Vec<PlannedRun>) -> Result<Vec<Run>, Incomplete> {
+    fn made(&self, plans: Vec<PlannedRun>) -> Result<Vec<Run>, Incomplete> {
         let first = plans.first().map_or(0, |plan| plan.number);
         let done = AtomicU64::new(first);
         let goes_on = || self.chain.report(done.load(Ordering::Relaxed));
-        // Runs that go together last as long as the longest of them.
-        plans.sort_by(|one, other| one.duration.total_cmp(&other.duration));
-        let groups = plans.len().div_ceil(self.prepared.together()).max(1);
-        let made = plans.par_chunks(plans.len().div_ceil(groups).max(1)).with_max_len(1).map(|plans| {
+        let of_block =
+            |one: &PlannedRun, other: &PlannedRun| self.chain.block(one.number) == self.chain.block(other.number);
+        let groups = plans.chunk_by(of_block).flat_map(|block| block.chunks(self.prepared.together()));
+        let made = groups.collect::<Vec<_>>().into_par_iter().with_max_len(1).map(|plans| {
             let runs = self.group(plans, &goes_on)?;
             for (plan, run) in plans.iter().zip(&runs).filter(|(plan, _)| self.found(plan).is_none()) {
                 self.kept.iter().try_for_each(|kept| kept.keep(plan.number, run))?;
@@ -332,4 +332,35 @@ pub struct Pair {
     /// On the fidelity level below: the chain, or the reduced model below finite elements.
     pub lower: Run,
     pub upper: Run,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        forward::Uncertainty,
+        observation::Observation,
+        parameter::Parameter,
+        synthetic::{Flaw, synthetic},
+    };
+    use granchain_model::scene::{self, Support};
+    use granchain_signal::feature::fingerprint::FeatureSet;
+
+    #[test]
+    fn runs_that_can_go_side_by_side_have_one_support_and_others_have_not() {
+        let overrides = ["chain.beads=2", "drive.cycles=20", "duration=420us"].map(String::from);
+        let scene = scene::load("annulus", &overrides).unwrap();
+        let (parameters, uncertainty) = (vec![Parameter::alpha()], Uncertainty::default());
+        let run = |scene: &Scene| model::run(scene, &mut |_| true);
+        let made = synthetic(&scene, &parameters, &uncertainty, Flaw::None, 1, 5, &run).unwrap();
+        let observation = Observation::new(&made.recording, &scene.drive, FeatureSet::Full).unwrap();
+        let chain = Forward::new(&scene, parameters, observation, uncertainty, 5, Arc::new(|_| true)).unwrap();
+        let level = FidelityLevel::new(&chain, Bodies::new(&scene, None).unwrap().prepared, &scene);
+        let support = |chain: &Forward, number: u64| -> Support {
+            chain.variation(&[0.5], &mut chain.generator(number)).written_over(&level.scene, |gap| gap).support
+        };
+        let same = |chain: &Forward, one: u64, other: u64| support(chain, one) == support(chain, other);
+        assert!((17..24).all(|number| same(&level.chain, 16, number)) && !same(&level.chain, 16, 24));
+        assert!(!same(&chain, 16, 17));
+    }
 }

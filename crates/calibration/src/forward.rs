@@ -8,6 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+pub use super::nuisance::Uncertainty;
 use super::{
     comparison::Comparison,
     drive::HornNoise,
@@ -25,104 +26,6 @@ use granchain_signal::{FlickerSource, LowPass, Series, feature::fingerprint::SAM
 
 /// Runs integrated side by side.
 pub(super) const LANES: usize = 8;
-
-/// Uncertainty of the bench, drawn in every run.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Uncertainty {
-    /// Scale of each contact's initial gap, m: half-normal, since beads cannot overlap at rest. The mean gap is 0.8 of
-    /// the scale; the mean sum over the seven contacts of six beads is 5.6 times the scale.
-    pub gap: f64,
-    /// Standard deviation of the logarithm of that scale, drawn once a run: the roughness is unknown.
-    #[serde(default)]
-    pub gap_scale: f64,
-    /// Additional standard deviation of the first gap, m: the uncertainty of the horn's baseline.
-    pub baseline: f64,
-    /// Half-width of a uniform factor on the drive, 1.
-    pub drive: f64,
-    /// Standard deviation of the logarithm of the record's scale factor, 1: the sensitivity. Part of the covariance, not drawn.
-    #[serde(default)]
-    pub sensitivity: f64,
-    /// Standard deviation of the precompression about the scene's value, N; negative values are reflected.
-    #[serde(default)]
-    pub precompression: f64,
-    /// Standard deviation of the logarithm of the support's stiffness about the scene's own, 1.
-    #[serde(default)]
-    pub support_stiffness: f64,
-    /// Standard deviation of the logarithm of the beads' stiffness over their mass, 1.
-    #[serde(default)]
-    pub modulus: f64,
-    /// Standard deviation of the logarithm of the beads' mass, 1. A record determines forces over mass only: a waveform adds it to every force.
-    #[serde(default)]
-    pub mass: f64,
-    /// Largest loss of drive amplitude in the vibrometer's filter, whose shape is unknown. Drawn uniformly from zero
-    /// to this value.
-    #[serde(default)]
-    pub droop: f64,
-    /// Number n of shots of one experiment that are fitted together. They share bench, horn and instruments, so each is taken to know these √n times
-    /// worse: all together then know them as well as one.
-    #[serde(default = "single")]
-    pub repeats: usize,
-}
-
-fn single() -> usize {
-    1
-}
-
-impl Default for Uncertainty {
-    /// Half-normal gaps of scale 0.3 nm, itself known to a factor of 1.5, an exact baseline, ±0.5 % of drive, 0.3 % of sensitivity, 0.4 % of stiffness
-    /// over mass, 0.5 % of mass.
-    fn default() -> Self {
-        Self {
-            gap: 3e-10,
-            gap_scale: 0.4,
-            baseline: 0.0,
-            drive: 0.005,
-            sensitivity: 0.003,
-            precompression: 0.0,
-            support_stiffness: 0.0,
-            modulus: 0.004,
-            mass: 0.005,
-            droop: 0.0,
-            repeats: 1,
-        }
-    }
-}
-
-/// Baseline error that affects a record, m: a few times the roughness of every run.
-const FELT: f64 = 1e-9;
-
-/// Factor on the tempering exponent if a drawn quantity moves all features together: the shrunk covariance would count
-/// them as independent evidence.
-const TOGETHER: f64 = 0.6;
-
-impl Uncertainty {
-    /// Name, SI unit and value of each.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, &'static str, f64); 9] {
-        [
-            ("gap", "m", self.gap),
-            ("gap_scale", "1", self.gap_scale),
-            ("baseline", "m", self.baseline),
-            ("drive", "1", self.drive),
-            ("sensitivity", "1", self.sensitivity),
-            ("precompression", "N", self.precompression),
-            ("support_stiffness", "1", self.support_stiffness),
-            ("modulus", "1", self.modulus),
-            ("mass", "1", self.mass),
-        ]
-    }
-
-    /// Factor on the standard deviation of what all shots of an experiment share: √n.
-    pub(super) fn shared(&self) -> f64 {
-        (self.repeats as f64).sqrt()
-    }
-
-    /// Factor on the tempering exponent β of the likelihood.
-    fn discount(&self) -> f64 {
-        let felt = self.baseline > FELT || self.precompression > 0.0 || self.support_stiffness > 0.0;
-        if felt { TOGETHER } else { 1.0 }
-    }
-}
 
 /// One simulated run: its position in the box and its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -147,6 +50,9 @@ impl Run {
 
 /// Number of the first predictive run: above those of any search.
 const PREDICTED: u64 = 1 << 32;
+
+/// Number of the first generator that a block of runs shares.
+const SHARED: u64 = 1 << 48;
 
 /// A run with its onset time, s; `None` if there is none, or if onsets are not used.
 pub(crate) type TimedRun = (Run, Option<f64>);
@@ -201,6 +107,8 @@ pub struct Forward {
     laws: Option<FiniteBodyLaws>,
     low_pass: LowPass,
     noise_rms: f64,
+    /// Runs of a block, which share one draw of the stiffness.
+    block: u64,
     watch: Arc<Watch>,
 }
 
@@ -257,8 +165,20 @@ impl Forward {
             laws: laws.cloned(),
             low_pass,
             noise_rms,
+            block: 1,
             watch,
         })
+    }
+
+    /// The same with one draw of the stiffness for every eight runs: meshed bodies go side by side only with one support, whose stiffness relative to
+    /// theirs this draw changes.
+    pub(super) fn in_blocks(self) -> Self {
+        Self { block: LANES as u64, ..self }
+    }
+
+    /// Block of run `number`.
+    pub(super) fn block(&self, number: u64) -> u64 {
+        number / self.block
     }
 
     /// Contact laws of its runs, if they are not the scene's own.
@@ -464,6 +384,7 @@ impl Forward {
             *offset += roughness * draw.abs();
             gaps.push(draw.abs());
         }
+        let number = random.get_stream().saturating_sub(1);
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         // What is fitted is not drawn; an error of the baseline is a gap.
         let fitted = |target| self.parameters.iter().any(|parameter| parameter.target == target);
@@ -479,7 +400,10 @@ impl Forward {
         }
         // A disc is no Hertz contact: it has its own constants.
         if modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted(Target::Modulus) {
-            variation.modulus_factor *= (shared * modulus * normal()).exp();
+            let own = normal();
+            let of_block = || StandardNormal.sample(&mut self.generator(SHARED + self.block(number)));
+            let draw: f64 = if self.block > 1 { of_block() } else { own };
+            variation.modulus_factor *= (shared * modulus * draw).exp();
         }
         let shakes = self.scene.drive.shakes_count();
         variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use rand::Rng;
-use realfft::{RealFftPlanner, num_complex::Complex};
+use realfft::num_complex::Complex;
 
-use granchain_signal::{NoiseSpectrum, Series};
+use granchain_signal::{NoiseSpectrum, Series, transforms};
 
 /// Half-width over which a spectrum is smoothed before it is compared with the noise, in drive frequencies.
 const SMOOTHED: f64 = 1.0 / 24.0;
@@ -39,7 +39,7 @@ impl Remainder {
     #[must_use]
     pub fn realisation(&self, like: &Series, settle: f64, random: &mut impl Rng) -> Series {
         let n = (like.len() + like.len() % 2).max(2);
-        let plan = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+        let (_, plan) = transforms(n);
         let apart = 1.0 / (n as f64 * like.step);
         let mut spectrum = plan.make_input_vec();
         for (k, bin) in spectrum.iter_mut().enumerate().skip(1) {
@@ -106,8 +106,7 @@ impl Noisy<'_> {
             work.push(0.0);
         }
         let n = work.len();
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, backward) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+        let (forward, backward) = transforms(n);
         let mut spectrum = forward.make_output_vec();
         let outcome = forward.process(&mut work, &mut spectrum);
         debug_assert!(outcome.is_ok(), "sizes come from the plan");

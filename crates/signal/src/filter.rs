@@ -40,7 +40,8 @@ struct Plan {
     transforms: Transforms,
 }
 
-type Transforms = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
+/// Forward and inverse transform of one size.
+pub type Transforms = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
 
 /// Largest transform size whose plan is kept; with the limit on the number of sizes at most about 60 MB.
 const LARGEST_KEPT: usize = 1 << 16;
@@ -48,7 +49,7 @@ const SIZES_KEPT: usize = 32;
 
 /// Cached transforms of one size. Planning takes five times as long as applying a filter. Each size has its own
 /// planner, so that a plan does not depend on those made before.
-fn transforms(size: usize) -> Transforms {
+pub fn transforms(size: usize) -> Transforms {
     static KEPT: Mutex<BTreeMap<usize, Transforms>> = Mutex::new(BTreeMap::new());
     let plan = || {
         let mut planner = RealFftPlanner::new();

@@ -14,7 +14,7 @@ use crate::{
     Fitted, FittedCandidate, Problem,
     diagnosis::Finding,
     fidelity::reduced_below,
-    forward::Watch,
+    forward::{Forward, Watch},
     measured::Measured,
     observation::{MIDDLE, Passband},
     outcome::{CalibrationOutcome, OutcomeFeature},
@@ -80,7 +80,9 @@ impl Predictions {
         let fidelities = &fitted.best_made().fidelities;
         let replicates = if fidelities.is_empty() { REPLICATES } else { UPPER_REPLICATES };
         let plan = EnsemblePlan::new(replicates, problem.seed);
-        let forwards = fitted.best_made().joint.records();
+        let forwards = fitted.best_made().joint.records().into_iter().cloned();
+        let side_by_side = |forward: Forward| if fidelities.is_empty() { forward } else { forward.in_blocks() };
+        let forwards: Vec<Forward> = forwards.map(side_by_side).collect();
         let ready = fidelities.iter().map(|fidelity| Arc::clone(fidelity.prepared()));
         let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
         let recorded_runs = problem.recorded_runs.par_iter().enumerate();

@@ -222,7 +222,8 @@ fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> 
             // The chain alone may lie cycles off.
             start = start.placed(&paired, seed)?;
         }
-        let rounds = run(Rounds::about(paired, start, seed))?;
+        let rounds = Rounds::about(paired, start, seed);
+        let rounds = run(if turn == 0 { rounds.scouting() } else { rounds })?;
         let latest = rounds.latest()?;
         if turn + 1 == TURNS || turn > 0 && rounds.sources.distance(&latest.at) < NEAR {
             return said(&rounds).map(|fit| WaveformFit { pairs, ..fit });

@@ -19,6 +19,10 @@ use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 const FIRST: usize = 256;
 const FURTHER: usize = 200;
 
+/// The same of rounds that only say where the answer lies.
+const FIRST_SCOUTING: usize = 128;
+const FURTHER_SCOUTING: usize = 96;
+
 /// Spread of a round's runs in posterior standard deviations: of the second, and of all others.
 const EARLY_SPREAD: f64 = 4.0;
 const SPREAD: f64 = 2.0;
@@ -72,6 +76,8 @@ pub(super) struct Round {
 pub(super) struct Rounds {
     pub sources: Sources,
     seed: u64,
+    /// Whether they only say where the answer lies: with fewer runs, and without the final rounds.
+    scouting: bool,
     /// Centre and spread of the next round, ln, and the largest allowed spread.
     centre: Vec<f64>,
     lower: Vec<Vec<f64>>,
@@ -106,6 +112,7 @@ impl Rounds {
         Self {
             sources,
             seed: seed ^ SEED,
+            scouting: false,
             centre,
             lower,
             widest,
@@ -122,9 +129,14 @@ impl Rounds {
         }
     }
 
+    pub fn scouting(self) -> Self {
+        Self { scouting: true, ..self }
+    }
+
     /// Make a round; the runs that finished.
     fn make(&mut self) -> Option<Ensemble> {
-        let count = if self.rounds == 0 { FIRST } else { FURTHER };
+        let [first, further] = if self.scouting { [FIRST_SCOUTING, FURTHER_SCOUTING] } else { [FIRST, FURTHER] };
+        let count = if self.rounds == 0 { first } else { further };
         let mut ensemble = Ensemble {
             centre: self.centre.clone(),
             lower: self.lower.clone(),
@@ -364,7 +376,8 @@ impl Solver<(), SearchState> for Rounds {
     }
 
     fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
-        if self.failed || self.closing >= CLOSING || self.lost >= HOPELESS {
+        let closed = self.closing >= CLOSING || self.scouting && (self.settled || self.rounds >= MOST);
+        if self.failed || closed || self.lost >= HOPELESS {
             TerminationStatus::Terminated(TerminationReason::SolverConverged)
         } else {
             TerminationStatus::NotTerminated

@@ -117,7 +117,10 @@ impl Sources {
     /// few finish.
     pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<(Self, Vec<Pair>)> {
         let lower = diagonal(&start.half.iter().map(|half| 0.5 * half).collect::<Vec<f64>>());
-        let at = start.drawn(self, PAIRS_ABOVE, (seed as u32).wrapping_add(first as u32));
+        let mut at = start.drawn(self, PAIRS_ABOVE, (seed as u32).wrapping_add(first as u32));
+        if self.modulus.is_some() {
+            self.in_levels(start, &mut at);
+        }
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let (mut sources, mut pairs) = (self.clone(), Vec::new());
         for source in &mut sources.records {
@@ -130,6 +133,21 @@ impl Sources {
             pairs = lower_runs.into_iter().zip(upper_runs).map(|(lower, upper)| Pair { lower, upper }).collect();
         }
         Some((sources, pairs))
+    }
+
+    /// Gives one stiffness to the pairs that the model above runs side by side.
+    fn in_levels(&self, start: &Start, at: &mut [Vec<f64>]) {
+        let together =
+            self.records.iter().filter_map(|source| Some(source.above.as_ref()?.prepared().together())).max();
+        let Some((together, half)) = together.filter(|together| *together > 1).zip(start.half.last()) else { return };
+        let blocks = at.chunks_mut(together);
+        for (level, block) in levels(blocks.len()).into_iter().zip(blocks) {
+            for at in block {
+                if let (Some(x), Some(centre)) = (at.last_mut(), start.centre.last()) {
+                    *x = centre + 0.5 * half * level;
+                }
+            }
+        }
     }
 
     /// Largest distance of a point from the middle of the pairs, in their spread.
@@ -242,6 +260,14 @@ impl Sources {
     }
 }
 
+/// Evenly spaced numbers of mean 0 and mean square 1.
+fn levels(count: usize) -> Vec<f64> {
+    let last = count.saturating_sub(1) as f64;
+    // −1 … 1 have the mean square (n + 1)/(3 (n − 1)).
+    let deviation = ((last + 2.0) / (3.0 * last)).sqrt();
+    (0..count).map(|number| if count > 1 { (2.0 * number as f64 / last - 1.0) / deviation } else { 0.0 }).collect()
+}
+
 /// Mean of `error` times the differences, and what is not known of it: a column a difference.
 fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>, error: f64) -> Option<Correction> {
     let finished = differences(own, finer).into_iter().flatten();
@@ -342,4 +368,19 @@ pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
         }
     }
     (least / own.max(f64::MIN_POSITIVE), (start + before) as f64 - (place as f64 + part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::levels;
+
+    #[test]
+    fn levels_of_the_stiffness_are_even_and_have_the_deviation_of_draws() {
+        for count in [2, 3, 7] {
+            let levels = levels(count);
+            let mean = |of: fn(&f64) -> f64| levels.iter().map(of).sum::<f64>() / count as f64;
+            assert!(mean(|z| *z).abs() < 1e-12 && (mean(|z| z * z) - 1.0).abs() < 1e-12, "{levels:?}");
+        }
+        assert_eq!(levels(1), [0.0]);
+    }
 }

@@ -1,10 +1,9 @@
 //! Similarity of two records whose clocks have an unknown lag.
 
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 use super::{FeatureError, line::check_finite};
-use crate::Series;
+use crate::{Series, transforms};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CorrelationPeak {
@@ -70,8 +69,7 @@ pub fn correlation_peak(reference: &Series, candidate: &Series) -> Result<Correl
 pub(super) fn lagged_sums(a: &[f64], b: &[f64]) -> Vec<f64> {
     // Room for every lag: no lag meets a wrapped copy.
     let length = (a.len() + b.len()).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let (forward, backward) = transforms(length);
     let transform = |values: &[f64]| {
         let (mut input, mut output) = (forward.make_input_vec(), forward.make_output_vec());
         input[..values.len()].copy_from_slice(values);

@@ -2,11 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 use super::{FeatureError, Window, line};
-use crate::Series;
+use crate::{Series, transforms};
 
 /// Samples of zeros appended, as a factor on the length: four points a bin, so that no line is read more than 0.1 dB
 /// low (Hann's scalloping at an eighth of a bin).
@@ -41,7 +40,7 @@ pub fn amplitude_spectrum(series: &Series, window: Window) -> Result<AmplitudeSp
     let window = window.on(series)?;
     let range = window.indices(series);
     let padded = points(range.len());
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+    let plan = transforms(padded).0;
     let mut input = plan.make_input_vec();
     let (mut weight, mut offset) = (0.0, 0.0);
     let taper = |index: usize| {
