@@ -30,6 +30,13 @@ pub enum Verdict {
     NotTested,
 }
 
+/// Whether a statement chose the default readings, and is therefore met without proving anything.
+#[must_use]
+pub fn chose_the_readings(statement: &Statement) -> bool {
+    let is_peak = matches!(statement.claim, Claim::PositivePeak(_) | Claim::NegativePeak(_));
+    is_peak && matches!(statement.subject, Subject::Linear | Subject::KuwabaraKono)
+}
+
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
     pub statement: Statement,

@@ -37,8 +37,8 @@ use granchain_signal::{
     feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
 };
 
-pub use judgement::{Judgement, Verdict, allowance, judge};
-pub use reading::{Change, READINGS, Reading, ReadingOutcome};
+pub use judgement::{Judgement, Verdict, allowance, chose_the_readings, judge};
+pub use reading::{Change, READINGS, Reading, ReadingOutcome, ReadingRuns};
 pub use rigid::{RigidOutcome, RigidRun};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -97,8 +97,13 @@ impl PaperPlan {
     #[must_use]
     pub fn runs(&self) -> (usize, usize) {
         let own = LAWS.len() * (3 * self.replicates + self.sweep_replicates * self.alphas.len());
-        let readings = LAWS.len() * self.reading_replicates * reading::ensembles();
+        let readings = LAWS.len() * self.reading_runs() * reading::ensembles();
         if self.readings_on_chain { (own, readings) } else { (own + readings, 0) }
+    }
+
+    /// Perturbed runs of a law under one reading: at its own α and in the sweep.
+    fn reading_runs(&self) -> usize {
+        self.reading_replicates + self.sweep_replicates * self.alphas.len()
     }
 }
 
@@ -318,7 +323,7 @@ pub enum PaperPoint {
     Law(LawRuns),
     Sweep(Replicates),
     /// A law under a reading, or as it is for comparison; why not, where it could not be run.
-    Reading(Result<PortraitMoments, String>),
+    Reading(Result<ReadingRuns, String>),
 }
 
 /// Runs of a law at its own α.
@@ -363,12 +368,12 @@ impl Study {
 
     /// Runs of it; the few without perturbations are not counted.
     fn runs_in(&self, work: Work) -> usize {
-        let PaperPlan { replicates, sweep_replicates, reading_replicates, alphas, .. } = &self.plan;
+        let PaperPlan { replicates, sweep_replicates, alphas, .. } = &self.plan;
         match work {
             Work::Rigid(_) => 0,
             Work::Law(_) => 3 * replicates,
             Work::Sweep(_) => sweep_replicates * alphas.len(),
-            Work::Reading(..) => *reading_replicates,
+            Work::Reading(..) => self.plan.reading_runs(),
         }
     }
 

@@ -10,7 +10,7 @@
 //!
 //! and the same with each change in units of its scatter √(s² + s₀²) is the **significance**.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Law, Study, moment};
 use crate::failure::{StudyError, enough};
@@ -51,7 +51,10 @@ pub const READINGS: &[Reading] = &[
     reading("all gaps 5 nm", &["chain.gaps=5nm"]),
     reading("all gaps 20 nm", &["chain.gaps=20nm"]),
     reading("precompression 1 mN", &["chain.precompression=1mN"]),
+    reading("precompression 3 mN", &["chain.precompression=3mN"]),
+    reading("precompression 6 mN", &["chain.precompression=6mN"]),
     reading("precompression 10 mN", &["chain.precompression=10mN"]),
+    reading("precompression 15 mN", &["chain.precompression=15mN"]),
     Reading {
         name: "steel half-space piston",
         overrides: &["piston.contact=half-space"],
@@ -96,10 +99,20 @@ pub struct ReadingOutcome {
     pub changes: Option<[Change; 3]>,
     /// Why it could not be run.
     pub failure: Option<String>,
+    /// Where the law's own line is largest over the drive line in a sweep of α.
+    pub largest_at: Option<f64>,
     /// Rms of the three changes, 1.
     pub shift: f64,
     /// Rms of the three significances, 1.
     pub significance: f64,
+}
+
+/// What is kept of an ensemble of a law.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ReadingRuns {
+    pub moments: PortraitMoments,
+    /// See [`ReadingOutcome::largest_at`].
+    largest_at: Option<f64>,
 }
 
 /// An ensemble of a law: as it is on the model of the readings, as it is on the chain, or under a reading.
@@ -124,7 +137,7 @@ impl Point {
         study: &Study,
         law: &Law,
         watch: &dyn Watch,
-    ) -> Result<Result<PortraitMoments, String>, StudyError> {
+    ) -> Result<Result<ReadingRuns, String>, StudyError> {
         let model = format!("model.kind={}", study.readings_model().name());
         match self {
             Self::Default => ensemble(study, law, &[&model], watch).map(Ok),
@@ -143,7 +156,7 @@ impl Point {
 const CHAIN: [&str; 1] = ["model.kind=chain"];
 
 /// All readings of a law, largest shift first; those that could not be run last. `found` are its [`Point::all`].
-pub(super) fn ranked(study: &Study, law: &Law, found: &[Result<PortraitMoments, String>]) -> Vec<ReadingOutcome> {
+pub(super) fn ranked(study: &Study, law: &Law, found: &[Result<ReadingRuns, String>]) -> Vec<ReadingOutcome> {
     let (mut default, mut on_chain) = (None, None);
     let mut outcomes = Vec::new();
     for (point, found) in Point::all(study).into_iter().zip(found) {
@@ -160,11 +173,14 @@ pub(super) fn ranked(study: &Study, law: &Law, found: &[Result<PortraitMoments, 
         };
         let base = if reading.chain_only { on_chain } else { default };
         outcomes.push(match (base, found) {
-            (Some(base), Ok(moments)) => compared(reading, law, base, moments),
+            (Some(base), Ok(runs)) => {
+                ReadingOutcome { largest_at: runs.largest_at, ..compared(reading, law, &base.moments, &runs.moments) }
+            }
             (_, found) => ReadingOutcome {
                 reading: *reading,
                 changes: None,
                 failure: found.as_ref().err().cloned(),
+                largest_at: None,
                 shift: 0.0,
                 significance: 0.0,
             },
@@ -176,15 +192,23 @@ pub(super) fn ranked(study: &Study, law: &Law, found: &[Result<PortraitMoments, 
     outcomes
 }
 
-fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> Result<PortraitMoments, StudyError> {
+fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> Result<ReadingRuns, StudyError> {
     let what = || format!("{} dampers with {}", law.name, overrides.join(", "));
     let all: Vec<String> =
         study.overrides.iter().cloned().chain(overrides.iter().map(|set| (*set).to_owned())).collect();
     let scene = law.scene(&all)?;
     let settings = observation::settings(&scene).map_err(|source| StudyError::Feature { what: what(), source })?;
     let plan = EnsemblePlan::new(study.plan.reading_replicates, study.plan.seed);
-    let portraits = Instrument { settings: &settings, ..study.seen() }.at(&scene, &[1.0], &plan, watch)?.concat();
-    enough(PortraitMoments::of(&portraits), &portraits, what)
+    let instrument = Instrument { settings: &settings, ..study.seen() };
+    let portraits = instrument.at(&scene, &[1.0], &plan, watch)?.concat();
+    let moments = enough(PortraitMoments::of(&portraits), &portraits, what)?;
+    let plan = EnsemblePlan::new(study.plan.sweep_replicates, study.plan.seed);
+    let alphas = &study.plan.alphas;
+    let factors: Vec<f64> = alphas.iter().map(|alpha| alpha / law.alpha).collect();
+    let line = |runs: &Vec<_>| Some(PortraitMoments::of(runs).get(Trait::Level(law.own_line))?.mean);
+    let swept = instrument.at(&scene, &factors, &plan, watch)?;
+    let lines = alphas.iter().zip(&swept).filter_map(|(alpha, runs)| Some((*alpha, line(runs)?)));
+    Ok(ReadingRuns { moments, largest_at: lines.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(alpha, _)| alpha) })
 }
 
 fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &PortraitMoments) -> ReadingOutcome {
@@ -206,6 +230,7 @@ fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &Portra
         reading: *reading,
         changes: Some(changes),
         failure: None,
+        largest_at: None,
         shift: rms(|change| change.change),
         significance: rms(|change| change.significance),
     }

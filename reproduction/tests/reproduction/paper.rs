@@ -56,7 +56,12 @@ fn every_printed_statement_has_its_row_and_every_reading_its_rank() {
         assert_eq!(readings.len(), READINGS.len());
         assert!(readings.iter().all(|reading| reading.failure.is_none()), "{readings:?}");
         assert!(readings.is_sorted_by(|a, b| a.shift >= b.shift));
+        assert!(readings.iter().all(|reading| reading.largest_at.is_some()), "{readings:?}");
     }
+    // A static force moves the drive at which the thirds are largest, as an independent integrator found: from 0.3 to 0.5 and above.
+    let largest =
+        |name: &str| OUTCOME.readings[0].iter().find(|it| it.reading.name == name).unwrap().largest_at.unwrap();
+    assert!(largest("precompression 1 mN") < largest("precompression 15 mN"));
     let files = report(&OUTCOME);
     let csv = String::from_utf8(files[&PathBuf::from("statements.csv")].clone()).unwrap();
     assert_eq!(csv.lines().count(), 1 + STATEMENTS.len());
@@ -64,6 +69,7 @@ fn every_printed_statement_has_its_row_and_every_reading_its_rank() {
     for statement in STATEMENTS {
         assert!(page.contains(&statement.said.replace(" %", "\u{a0}%")), "{}", statement.said);
     }
+    assert!(page.contains("of them blind") && page.contains("agrees (chosen)"));
     assert!(!page.contains("(a) measured") && page.contains("reconstruction"));
 }
 

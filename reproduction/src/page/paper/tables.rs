@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::paper::{Judgement, LAWS, PaperOutcome, ReadingOutcome, Verdict};
+use crate::paper::{Judgement, LAWS, PaperOutcome, ReadingOutcome, Verdict, chose_the_readings};
 use crate::portrait::{LINES, PRESENT_LEVEL, PRESENT_PROMINENCE, Trait};
 use granchain_calibration::predict::{
     Spread,
@@ -35,6 +35,12 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
+/// Its verdict; agreement with what chose the readings is told apart.
+fn verdict_of(judgement: &Judgement) -> String {
+    let chosen = judgement.verdict == Verdict::Agrees && chose_the_readings(&judgement.statement);
+    format!("{}{}", verdict(judgement.verdict), if chosen { " (chosen)" } else { "" })
+}
+
 /// Every printed statement beside ours.
 pub(super) fn statements(judgements: &[Judgement]) -> Table {
     let rows = judgements.iter().map(|judgement| {
@@ -61,7 +67,7 @@ pub(super) fn statements(judgements: &[Judgement]) -> Table {
             scatter,
             sensitivity,
             found,
-            verdict(judgement.verdict).to_owned(),
+            verdict_of(judgement),
         ]
     });
     Table {
@@ -137,12 +143,14 @@ pub(super) fn readings(outcome: &PaperOutcome) -> Vec<Table> {
                     }
                     None => row.extend(std::iter::repeat_n("–".to_owned(), 5)),
                 }
+                row.push(reading.largest_at.map_or("–".into(), |alpha| alpha.to_string()));
                 row
             });
             Table {
                 caption: format!(
                     "{} dampers at α = {}: the readings by rank. Shift: rms of the relative changes of both peaks and of the change of \
-                     A({}·f0)/A(f0). Significance: rms of the same changes over the scatter of both sides; below 2 it cannot be distinguished from none.",
+                     A({}·f0)/A(f0). Significance: rms of the same changes over the scatter of both sides; below 2 it cannot be distinguished from none. \
+                     Last column: α of a sweep at which this ratio is largest.",
                     capitalised(law.name),
                     law.alpha,
                     law.own_line
@@ -155,6 +163,7 @@ pub(super) fn readings(outcome: &PaperOutcome) -> Vec<Table> {
                     Column::numbers(format!("A({}·f0)/A(f0)", law.own_line)),
                     Column::numbers("Shift").unit("%"),
                     Column::numbers("Significance"),
+                    Column::numbers(format!("A({}·f0) largest at α", law.own_line)),
                 ],
                 rows: rows.collect(),
             }
@@ -263,7 +272,7 @@ pub(super) fn sweep_csv(outcome: &PaperOutcome) -> String {
 
 pub(super) fn readings_csv(outcome: &PaperOutcome) -> String {
     let mut text = String::from(
-        "law,rank,reading,overrides,shift,significance,positive_peak_m_per_s,negative_peak_m_per_s,own_line_ratio,change_positive,change_negative,change_ratio\n",
+        "law,rank,reading,overrides,shift,significance,positive_peak_m_per_s,negative_peak_m_per_s,own_line_ratio,change_positive,change_negative,change_ratio,own_line_largest_at_alpha\n",
     );
     for (law, readings) in LAWS.iter().zip(&outcome.readings) {
         for (index, reading) in readings.iter().enumerate() {
@@ -287,6 +296,8 @@ pub(super) fn readings_csv(outcome: &PaperOutcome) -> String {
                 }
                 None => text.push_str(",,,,,,,"),
             }
+            text.push(',');
+            let _ = reading.largest_at.map(|alpha| write!(text, "{alpha}"));
             text.push('\n');
         }
     }

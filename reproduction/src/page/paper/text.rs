@@ -1,7 +1,9 @@
 //! Sentences of the study of the paper: what was found, never what was hoped for.
 
 use super::{PaperReport, millimetres, tables};
-use crate::paper::{Change, Judgement, LAWS, PaperOutcome, PaperPlan, ReadingOutcome, SweepPoint, Verdict};
+use crate::paper::{
+    Change, Judgement, LAWS, PaperOutcome, PaperPlan, ReadingOutcome, SweepPoint, Verdict, chose_the_readings,
+};
 use crate::portrait::Trait;
 use granchain_calibration::predict::published::Claim;
 use granchain_report::{
@@ -31,10 +33,15 @@ pub(super) fn headline(judgements: &[Judgement]) -> Block {
         Tone::Bad
     };
     let rest = if off.is_empty() { String::new() } else { format!(" Not met: {}.", off.join("; ")) };
+    let agreeing = judgements.iter().filter(|judgement| judgement.verdict == Verdict::Agrees);
+    let chosen = agreeing.filter(|judgement| chose_the_readings(&judgement.statement)).count();
     Block::Headline {
         tone,
-        verdict: format!("{agrees} of {tested} tested statements agree."),
-        text: format!("{rest} {} more could not be tested here.", count(judgements, Verdict::NotTested)),
+        verdict: format!("{agrees} of {tested} tested statements agree, {} of them blind.", agrees - chosen),
+        text: format!(
+            "The other {chosen} are peaks by which the default readings were chosen.{rest} {} more could not be tested here.",
+            count(judgements, Verdict::NotTested)
+        ),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::tables::name;
 use crate::water::{
-    CombinationOutcome, Companion, DRIVE_SPREAD, Explained, LEVEL_TOLERANCE_DB, PRINTED_DRIVE, PRINTED_PRESSURE,
+    CombinationOutcome, Companion, DRIVE_SPREAD, Explained, LEVEL_TOLERANCE_DB, PRINTED_DRIVE, PRINTED_PRESSURE, TENTH,
     WaterOutcome, WaterPlan,
 };
 use granchain_report::{
@@ -53,10 +53,11 @@ pub(super) fn introduction(plan: &WaterPlan, model: &str) -> String {
          on a half-space of water; pressure on the axis 1 mm into it; model {model}. The paper prints neither the disc’s mount nor what lies around \
          it nor whether the piston’s and the disc’s contacts have dampers, so all of these are varied. Each cell holds {} runs spread evenly over \
          ±{} % of drive. The spectra are Hann’s over the half-height of the burst. A rigid baffle is computed by the Rayleigh integral, a soft one by \
-         acoustic elements of {} mm.",
+         acoustic elements of {} mm. The drive of {} µm is a hypothesis: the paper writes “3.96 m”, and a tenth of 3.96 µm may have been meant.",
         plan.replicates,
         fixed(100.0 * DRIVE_SPREAD, 0),
-        significant(1e3 * plan.soft_side_m, 2)
+        significant(1e3 * plan.soft_side_m, 2),
+        significant(1e6 * TENTH, 3)
     )
 }
 
