@@ -185,7 +185,7 @@ fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<Stored> 
         .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
     if let Some(mut job) = calibrate::impact::prepare(&arguments, &manifest.arguments, &InMemory::default())? {
         job.program.clone_from(&manifest.program);
-        let (_, files) = calibrate::impact::made(&job, &mut Timing::start())?;
+        let (_, files) = calibrate::impact::made(&job, &super::interrupt::requested, &mut Timing::start())?;
         return Ok(files.into_iter().map(|(name, bytes)| (name.display().to_string(), bytes)).collect());
     }
     let mut job = calibrate::prepare(arguments, manifest.arguments.clone(), &InMemory::default())?;

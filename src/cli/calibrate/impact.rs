@@ -157,7 +157,7 @@ pub fn execute(job: &Job, arguments: &Arguments, mut timing: Timing) -> anyhow::
         hits.iter().map(|hit| (hit.record.path.as_path(), hit.record.sha256.as_str())).collect();
     let target = output.out.clone().unwrap_or_else(|| free_target(&read));
     let folder = OutputFolder::resumable(&target, &RESULTS, COMMAND, false, output.force)?;
-    let (outcome, files) = match made(job, &mut timing) {
+    let (outcome, files) = match made(job, &interrupt::requested, &mut timing) {
         Ok(made) => made,
         Err(error) => {
             folder.discard();
@@ -178,14 +178,17 @@ pub fn execute(job: &Job, arguments: &Arguments, mut timing: Timing) -> anyhow::
     })
 }
 
-/// Fit, look for causes, and make every file.
-pub fn made(job: &Job, timing: &mut Timing) -> anyhow::Result<(ImpactOutcome, Files)> {
-    let stop = || interrupt::requested();
+/// Fit, look for causes, and make every file, until `stop` says so.
+pub fn made(
+    job: &Job,
+    stop: &(dyn Fn() -> bool + Sync),
+    timing: &mut Timing,
+) -> anyhow::Result<(ImpactOutcome, Files)> {
     let experiment = &job.experiment;
-    let fit = experiment.fit(&stop).map_err(ended)?;
+    let fit = experiment.fit(stop).map_err(ended)?;
     timing.stage("fit");
     let explained = fit.p_value >= crate::calibration::agreement::DOUBTFUL;
-    let causes = if explained { Vec::new() } else { experiment.causes(&stop).map_err(ended)? };
+    let causes = if explained { Vec::new() } else { experiment.causes(stop).map_err(ended)? };
     timing.stage("causes");
     let mut outcome = ImpactOutcome::of(experiment, &fit, causes);
     outcome.program.clone_from(&job.program);
