@@ -289,7 +289,7 @@ _SHARED = {"--drive-frequency", "--bench"}
 
 # Keywords of earlier versions, and what takes their place.
 _REMOVED = {
-    "record_settings": "`set` of a [[record]] in a fit definition, given as `plan`",
+    "record_settings": "`set` of a [[record]] in a plan, given as `plan`",
     "scene_drive": "drive='none'",
     "confirm": "model='fea'",
     "search": "nothing: the search is the one whose intervals were tested",
@@ -355,13 +355,13 @@ def calibrate(
     accuracy
         In place of `model` the cheapest model and settings whose error, measured on the built-in scene, is at most this, such as ``"1%"``.
     plan
-        Fit definition (TOML); keywords win over it.
+        Plan of the fit (TOML); keywords win over it.
     quantity
         Recorded quantity [default: velocity].
     fit
         Names of the parameters to fit [default: alpha and damping].
     bounds
-        Lower and upper bound of a parameter, by name.
+        Range (lower and upper limit) of a parameter, by name.
     damping, mount
         Damping laws to fit, mounts of the disc to compare.
     features

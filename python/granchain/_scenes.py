@@ -46,6 +46,8 @@ class Key:
         What it means.
     conditions
         Other keys that decide whether it has an effect, with the values where it has.
+    alternative
+        A key and the values of it that do in place of the conditions; empty where there is none.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Key:
     default: str
     meaning: str
     conditions: dict[str, list[str]]
+    alternative: dict[str, list[str]]
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,8 @@ def scenes() -> list[str]:
 
 def scene_keys() -> list[Key]:
     """Every key of a scene file."""
-    return [Key(**{**key, "conditions": dict(key["conditions"])}) for key in json.loads(native.keys())]
+    either = [(key, [key["alternative"]] if key["alternative"] else []) for key in json.loads(native.keys())]
+    return [Key(**{**key, "conditions": dict(key["conditions"]), "alternative": dict(other)}) for key, other in either]
 
 
 class Scene:

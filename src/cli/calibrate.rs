@@ -48,15 +48,14 @@ use crate::{
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
                   granchain calibrate --measured s.csv --channel CH2 --drive-read channel=CH1")]
 pub struct Arguments {
-    /// Record (CSV, UFF) or published values (TOML); several records are fitted together. If they share one horn record they
+    /// Record (CSV, UFF or an instrument's own binary file) or published values (TOML); several records are fitted together. If they share one horn record they
     /// are treated as repeated shots of one experiment
     #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
-    /// Fit definition (TOML); flags win over it
+    /// Plan of the fit (TOML); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Fit")]
     pub plan: Option<PathBuf>,
-    /// Parameters to fit, of alpha, damping, precompression, support_stiffness, support_modulus, support_loss, gap, bandwidth, horn_mass, drag, friction; the others keep the scene's
-    /// value [default: alpha,damping; for impacts support_modulus,support_loss]
+    /// Parameters to fit
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
@@ -78,7 +77,7 @@ pub struct Arguments {
     /// key disc.rim]
     #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
     pub mount: Vec<String>,
-    /// Bounds of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
+    /// Range of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
     /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap, gap_scale,

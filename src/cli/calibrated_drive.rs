@@ -30,8 +30,7 @@ pub fn check(
     let named = calibration.named.display().to_string();
     let refused = |fitted: &str, also: &str| {
         usage(format!(
-            "the drive of --scene {scene} is {}, and {named} was calibrated with {fitted}: alpha holds for that drive; for the calibration's own \
-             scene and drive type `granchain replay --calibration {}`, {also}",
+            "alpha was calibrated with {fitted}, but --scene {scene} is driven by {}; run `granchain replay --calibration {}`, {also}",
             in_words(&here),
             shell_word(&named)
         ))

@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Parameters to fit, as with `calibrate --fit` (not with --scenario) [default: alpha,damping]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', conflicts_with = "scenario")]
     pub fit: Vec<String>,
-    /// Number of synthetic records for each scenario, or number of benches if no scenario is given
+    /// Number of synthetic records for each scenario, or of benches, with --fit, --quantity or --records
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole(1_u64, Some(MOST)))]
     pub count: u64,
     /// Number of runs of the chain in each fit [default: as calibrate]

@@ -56,7 +56,7 @@ Form of a record:
   0.0,0.12
 
 Form of a hydrophone's record:
-    Or 4 MPa/V; not needed for a column in Pa, kPa, MPa, bar, mbar:
+    Sensitivity of a column in volts (or `4 MPa/V`):
   # sensitivity: 250 nV/Pa
   time_us,hydrophone_mv
   0.0,0.12
@@ -131,7 +131,7 @@ fn other_file(file: &Path) -> Option<String> {
     let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
     let shown = file.display();
     if has(&["measured", "record", "fit", "evaluations", "parameters"]) {
-        Some(format!("this is a fit definition, not a record; use `granchain calibrate --plan {shown}`"))
+        Some(format!("this is a plan, not a record; use `granchain calibrate --plan {shown}`"))
     } else if has(&["vibrometer", "horn-tip", "hydrophone"]) && !has(&["chain"]) {
         Some(format!("this is a bench file, not a record; name it with --bench {shown}"))
     } else if has(&["chain", "extends", "support", "materials"]) {

@@ -34,7 +34,7 @@ pub struct Arguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: String,
-    /// Mesh density n; the element size is proportional to 1/n. 8 is fast; 16 to 24 is for reference solutions [default: the scene's, 12 unless it says otherwise]
+    /// Mesh density n; the element size is proportional to 1/n. 8 is fast; 16 to 24 is for reference solutions [default: the scene's, else 12]
     #[arg(long, value_name = "N", value_parser = whole(2_u32, Some(128)), help_heading = "Scene")]
     pub density: Option<u32>,
     /// Override one key of the scene: a plain number is SI, else with its unit; repeatable

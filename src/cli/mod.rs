@@ -41,7 +41,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use self::arguments::{OutputArguments, Session};
 use crate::{
-    calibration::fit::Verdict,
+    calibration::{fit::Verdict, parameter::Parameter},
     measurement::{MeasurementError, shell_line},
 };
 
@@ -94,8 +94,17 @@ const SESSION_FLAGS: &str =
     "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
 
 const OUT_OF_CALIBRATE: &str = "Folder for the results, written as a whole or not at all [default: calibrations/NAME]";
+const BENCH_OF_ANY_KIND: &str =
+    "File that says how each channel is read (docs/formats.md), flags win over it; needs --kind";
 const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
                                   the record, else the scene's drive]";
+
+fn fit_of_calibrate() -> String {
+    let names = Parameter::names().join(", ");
+    format!(
+        "Parameters to fit; the others keep the scene's value. Names: {names} [default: alpha,damping; for impacts support_modulus,support_loss]"
+    )
+}
 
 /// The command line, with session flags listed once.
 fn command_line() -> clap::Command {
@@ -103,8 +112,13 @@ fn command_line() -> clap::Command {
         command
             .mut_arg("out", |out| out.help(OUT_OF_CALIBRATE))
             .mut_arg("drive", |drive| drive.help(DRIVE_OF_CALIBRATE))
+            .mut_arg("fit", |fit| fit.help(fit_of_calibrate()))
     };
-    CommandLine::command().mut_subcommand("calibrate", of_calibrate).mut_subcommands(brief)
+    let of_any_kind = |command: clap::Command, name: &str| {
+        command.mut_subcommand(name, |command| command.mut_arg("bench", |bench| bench.help(BENCH_OF_ANY_KIND)))
+    };
+    let command = CommandLine::command().mut_subcommand("calibrate", of_calibrate);
+    ["inspect", "convert", "spectrum"].into_iter().fold(command, of_any_kind).mut_subcommands(brief)
 }
 
 fn brief(command: clap::Command) -> clap::Command {
@@ -124,11 +138,11 @@ impl CommandLine {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 4 outside scatter, with --strict; 130, 143, 129 stopped by \
-Ctrl-C, SIGTERM, SIGHUP.\nQuantities carry their unit: 73kHz, 0.5um, \"0.3 N s/m\".";
+Ctrl-C, SIGTERM, SIGHUP.\nFlags need units: 73kHz, 0.5um, \"0.3 N s/m\"; `--set`, `--bounds`, `--uncertainty` take SI where none is given.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Start here: read the files of a laboratory and write a fit definition for them
+    /// Start here: read the files of a laboratory and write a plan for them
     Start(start::Arguments),
     /// Print how granchain reads a record: columns, units, time, and what it assumes
     Inspect(inspect::Arguments),
@@ -138,7 +152,7 @@ enum Command {
     Spectrum(spectrum::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
-    /// Estimate α (drive at the first bead over the recorded horn motion) and the damping of a scene from a record
+    /// Estimate α (drive at the first bead divided by the true motion of the horn) and the damping of a scene from a record
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),

@@ -71,8 +71,7 @@ pub enum OutputError {
     )]
     Altered { folder: PathBuf, found: String },
     #[error(
-        "{}:{line}: expected a digest and the plain name of a file below the folder, found `{found}`; granchain wrote no such list and \
-         touches nothing there: name another --out, or delete the folder yourself",
+        "{}:{line}: `{found}`: not a list that granchain wrote; nothing was changed; name another --out",
         path.display()
     )]
     DamagedList { path: PathBuf, line: usize, found: String },

@@ -152,7 +152,7 @@ impl PartFile {
 pub fn write(part: Part, study: &dyn Divisible, session: &Session) -> anyhow::Result<Outcome> {
     let (points, out) = (study.points(), study.out().context("--part needs --out FILE")?);
     if part.of > points {
-        return Err(usage(format!("--part {part}: expected at most {points} parts, for there are {points} points")));
+        return Err(usage(format!("--part {part}: expected at most {points} parts, one per point")));
     }
     let arguments = without(typed().skip(1), &SILENT, &SILENT_WITH_VALUE);
     if let Some(word) = arguments.iter().find(|word| word.contains(char::REPLACEMENT_CHARACTER)) {

@@ -27,7 +27,7 @@ const FLAGS: [(&str, &str); 17] = [
     ("--force-frequency", "--read force_frequency=true, of a drive --drive-read force_frequency=true"),
     ("--input", "--drive FILE, once for each record in their order"),
     ("--scene-drive", "--drive none"),
-    ("--record-set", "`set` of a [[record]] in a fit definition (--plan)"),
+    ("--record-set", "`set` of a [[record]] in a plan (--plan)"),
     ("--confirm", "--model fea, which answers by finite elements"),
     ("--search", "nothing: the search is the one whose intervals were tested"),
     ("--laboratory", "--scenario NAMES"),

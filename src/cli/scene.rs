@@ -165,21 +165,27 @@ fn show(session: &Session, scene: &Scene, toml: bool) -> anyhow::Result<()> {
 fn keys(session: &Session) -> anyhow::Result<()> {
     let (mut text, mut rows) = (String::new(), Vec::new());
     for key in KEYS {
-        let (default, conditions) = (key.default_text(), key.conditions());
+        let (default, conditions, alternative) = (key.default_text(), key.conditions(), key.alternative());
         writeln!(text, "{}: {}", key.name, key.meaning)?;
         writeln!(text, "    takes {}", key.takes())?;
         match default.as_str() {
             "" => writeln!(text, "    must be given")?,
             default => writeln!(text, "    unless given: {default}")?,
         }
+        let or = alternative.iter().map(|(governor, values)| format!("{governor} is {}, or ", values.join(" or ")));
+        let or: String = or.collect();
         for (governor, values) in &conditions {
-            writeln!(text, "    where {governor} is {}", values.join(" or "))?;
+            writeln!(text, "    where {or}{governor} is {}", values.join(" or "))?;
         }
         let conditions: Map<_, _> =
             conditions.into_iter().map(|(key, values)| (key.to_owned(), json!(values))).collect();
-        rows.push(json!({
+        let mut row = json!({
             "key": key.name, "meaning": key.meaning, "takes": key.takes(), "default": default, "where": conditions,
-        }));
+        });
+        if let Some((governor, values)) = alternative {
+            row["or_where"] = json!({ governor: values });
+        }
+        rows.push(row);
     }
     session.result(text, &rows)
 }

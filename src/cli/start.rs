@@ -1,4 +1,4 @@
-//! `granchain start`: from the files of a laboratory to a fit definition with every open choice in it.
+//! `granchain start`: from the files of a laboratory to a plan with every open choice in it.
 
 mod ask;
 mod impact;
@@ -25,7 +25,10 @@ use super::{
     scene as scene_command, typed,
 };
 use crate::{
-    calibration::plan::{Asked, Plan, ReadAs, RecordPlan},
+    calibration::{
+        parameter::Parameter,
+        plan::{Asked, Plan, ReadAs, RecordPlan},
+    },
     measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record, shell_word},
     scene::{self, DampingKind, ModelKind, Scene},
     signal::{
@@ -37,8 +40,8 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Records of the last bead (or of a hydrophone) and of the horn's tip, in any order; or one file with both channels; or hits of a
-    /// striker. If no file is given and a terminal is attached, the program asks for the files
+    /// Bead (or hydrophone) and horn records, in any order; one file with both; or striker hits. If no file is given and a terminal is
+    /// attached, the program asks for the files
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: from names, units and spectra]
@@ -50,7 +53,7 @@ pub struct Arguments {
     /// Override one key of the scene; a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
     pub set: Vec<String>,
-    /// The fit definition to write; never replaces a file
+    /// The plan to write; never replaces a file
     #[arg(long, value_name = "FILE", default_value = "plan.toml")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -289,7 +292,7 @@ fn open_settings(stated: &[String], scene: &Scene, tables: &[&str]) -> String {
     lines.concat()
 }
 
-/// The fit definition as text.
+/// The plan as text.
 fn definition(
     arguments: &Arguments,
     words: &[String],
@@ -308,7 +311,10 @@ fn definition(
         let path = if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) };
         toml_text(&path.display().to_string())
     };
-    line("# A fit definition, begun by `granchain start`. Lines behind `#` are examples: remove the `#` and type your own value.".into());
+    line(
+        "# A plan, begun by `granchain start`. Lines behind `#` are examples: remove the `#` and type your own value."
+            .into(),
+    );
     line(format!("#\n#   granchain calibrate --plan {}\n#", shell_word(&arguments.out.display().to_string())));
     line(format!("measured = {} # {}", place(&bead.path), of_record(bead)));
     let own_file = drive.is_some_and(|drive| drive.path == bead.path);
@@ -346,8 +352,9 @@ fn definition(
     }
     line("\n# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key.".into());
     line(format!("scene = '{name}'\nset = [\n{}]\n", open_settings(&arguments.set, scene, &OF_THE_BENCH)));
-    line("# What is fitted. alpha is the factor between the horn's record and the drive of the chain: 1 if both sensitivities are right and the horn's face moves as its recorded point.".into());
-    line("# fit = ['alpha', 'damping'] # and precompression, support_stiffness, gap, bandwidth, horn_mass, drag, friction".into());
+    line("# What is fitted. alpha is the drive at the first bead divided by the true motion of the horn: 1 if both sensitivities are right and the horn's face moves as its recorded point.".into());
+    let others = Parameter::names().into_iter().filter(|name| !["alpha", "damping"].contains(name));
+    line(format!("# fit = ['alpha', 'damping'] # and {}", others.collect::<Vec<_>>().join(", ")));
     let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";
     match scene.damping.kind {
         DampingKind::None => line(format!("damping = ['linear'] # the scene has none; {laws}")),

@@ -71,7 +71,7 @@ fn every_key_of_a_fit_definition_stands_on_the_page_of_formats() {
     let keys: Vec<&str> = keys.split('`').skip(1).step_by(2).collect();
     assert!(code == 1 && keys.len() > 10, "{said}");
     let page = fs::read_to_string(Path::new(PROJECT).join("docs/formats.md")).unwrap();
-    let (_, definitions) = page.split_once("## Fit definitions").unwrap();
+    let (_, definitions) = page.split_once("## Plans").unwrap();
     let missing = keys.iter().filter(|key| {
         ![format!("`{key}`"), format!("`[{key}]`"), format!("`[[{key}]]`"), format!("`[{key}.")]
             .iter()

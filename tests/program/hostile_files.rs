@@ -224,7 +224,7 @@ fn searches_with_a_right_seal_that_cannot_be_are_refused() {
     for change in changes {
         forge(&path, &whole, |state| change(&mut state["search"]));
         let output = ended(bench.command(&["--out", "out", "--force", "--resume"]));
-        refused(&output, &["linear.json", "numbers of them that it cannot have", "--force"]);
+        refused(&output, &["linear.json", "the saved search is inconsistent", "--force"]);
     }
     fs::remove_file(bench.path("out/figures")).unwrap();
     fs::write(&path, &whole).unwrap();

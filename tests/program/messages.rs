@@ -119,11 +119,7 @@ fn plans_are_refused_by_line_with_what_is_meant() {
 fn files_that_are_no_records_are_told_apart() {
     let place = bench();
     for (name, text, said) in [
-        (
-            "plan.toml",
-            "measured = \"vib.csv\"\n",
-            "this is a fit definition, not a record; use `granchain calibrate --plan",
-        ),
+        ("plan.toml", "measured = \"vib.csv\"\n", "this is a plan, not a record; use `granchain calibrate --plan"),
         ("scene.toml", "extends = \"annulus\"\n", "this is a scene file, not a record"),
         ("bench.toml", "[vibrometer]\nchannel = \"CH1\"\n", "this is a bench file, not a record"),
     ] {
@@ -131,7 +127,7 @@ fn files_that_are_no_records_are_told_apart() {
         refused(place.path(), &["inspect", name], 1, &[said]);
     }
     let (code, out, error) = granchain(place.path(), &["inspect", "."]);
-    assert!(code == 0 && out.contains("this is a fit definition"), "{out}{error}");
+    assert!(code == 0 && out.contains("this is a plan"), "{out}{error}");
     let flat: String = (0..4000).map(|i| format!("{:.1},25\n", f64::from(i) * 0.2)).collect();
     fs::write(place.path().join("flat_horn.csv"), format!("time_us,displacement_nm\n{flat}")).unwrap();
     let fit = ["calibrate", "--measured", "vib.csv", "--drive", "flat_horn.csv", "--dry-run"];

@@ -230,7 +230,7 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
     }
     usage(&[&SWEEP[..], &["--part", "1/3"]].concat(), &["--out"]);
     usage(&[&SWEEP[..], &["--part", "4/3", "--out", "x"]].concat(), &["expected K/N with K from 1 to N", "4/3"]);
-    usage(&[&SWEEP[..], &["--part", "1/8", "--out", "x"]].concat(), &["at most 7 parts, for there are 7 points"]);
+    usage(&[&SWEEP[..], &["--part", "1/8", "--out", "x"]].concat(), &["at most 7 parts, one per point"]);
     for flag in ["--resume", "--force"] {
         usage(&[&SWEEP[..], &["--part", "1/3", "--out", "x", flag]].concat(), &["--part"]);
     }

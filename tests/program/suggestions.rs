@@ -76,7 +76,7 @@ fn follow(line: &str) -> Result<usize, String> {
 
 /// Files that no flag makes a record of a vibrometer: the beginning of what they are refused with.
 const REFUSED: [(&str, &str); 4] = [
-    ("gwinstek-fast.csv", "expected instants and volts, found counts"),
+    ("gwinstek-fast.csv", "the file has converter counts, not volts"),
     ("rto.csv", "expected samples, found settings alone"),
     ("spectrum.csv", "found a spectrum"),
     ("falling.csv", "the instants fall or jump"),

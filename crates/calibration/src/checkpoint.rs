@@ -30,7 +30,7 @@ pub enum CheckpointError {
     #[error("{path}: the saved search is not used: {source}; pass --force without --resume to start again", path = path.display())]
     Broken { path: PathBuf, source: BrokenSeal },
     #[error(
-        "{path}: expected runs, features and batches of this fit, found numbers of them that it cannot have; pass --force without --resume to start over",
+        "{path}: the saved search is inconsistent; pass --force without --resume to start again",
         path = path.display()
     )]
     Impossible { path: PathBuf },

@@ -274,7 +274,9 @@ pub enum ObservationError {
          longer, or check --drive-frequency"
     )]
     TooShort { available_cycles: f64, needed_cycles: usize },
-    #[error("the record has no fingerprint")]
+    #[error(
+        "no features can be measured in the record; check its column (--channel), its unit and the drive frequency"
+    )]
     Fingerprint(#[from] FingerprintError),
 }
 

@@ -146,7 +146,7 @@ pub struct WaveformOutcome {
     /// Number of samples left out: drop-outs, masked or detected by the runs.
     #[serde(default)]
     pub left_out: u64,
-    /// Interval of α times the true over the recorded drive level, the product that a record determines; absent if α
+    /// Interval of α × horn scale (true over recorded motion of the horn), the product that a record determines; absent if α
     /// is not fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alpha_times_level: Option<[f64; 2]>,

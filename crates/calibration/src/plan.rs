@@ -1,4 +1,4 @@
-//! Fit definitions: TOML files that say what is fitted to what.
+//! Plans: TOML files that say what is fitted to what.
 //!
 //! ```toml
 //! measured = "../measurements/annulus-73khz/vib.csv" # relative to this file
@@ -70,7 +70,7 @@ pub enum Likelihood {
     Waveform,
 }
 
-/// A fit definition. Every key is optional; options of the command line override it.
+/// A plan. Every key is optional; options of the command line override it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -212,7 +212,7 @@ pub enum PlanError {
     #[error("{}: the plan cannot be read", path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },
     #[error(
-        "{}:{line}: {message} (keys: docs/formats.md#fit-definitions-toml)", path.display()
+        "{}:{line}: {message} (keys: docs/formats.md#plans-toml)", path.display()
     )]
     Form { path: PathBuf, line: usize, message: String },
     #[error("{}: [{table}] {source}", path.display())]

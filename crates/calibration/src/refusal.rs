@@ -81,10 +81,7 @@ pub enum Contradiction {
         "model `{model}` corrects one record at a time, and several are fitted together here; use --model chain, or fit the records one by one"
     )]
     Together { model: &'static str },
-    #[error(
-        "model `{model}` corrects no calibration in front of a disc: a run takes twenty times the chain's or more, and its weak hits differ by \
-         the nodes of a contact patch, not by physics (docs/water.md); use --model chain, and replay --model {model} at the fitted values"
-    )]
+    #[error("model `{model}` is not used for a chain on a disc (docs/water.md); use --model chain")]
     UpperBeforeDisc { model: &'static str },
     #[error("[uncertainty]: unknown `{name}`; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
@@ -114,7 +111,7 @@ pub enum Refusal {
     Uncertainty { name: String, value: f64 },
     #[error("[uncertainty] {name}: expected at most {most}, found {found}{}", meant.as_ref().map(|meant| format!("; did you mean \"{meant}\"?")).unwrap_or_default())]
     ImplausibleUncertainty { name: String, most: String, found: String, meant: Option<String> },
-    #[error("[uncertainty] support_stiffness")]
+    #[error("[uncertainty] support_stiffness: the support has no stiffness that could vary; remove the line")]
     UncertainStiffness(#[source] ParameterError),
     #[error(
         "{}: expected another record than {}, found the same bytes, which would count twice; name it once",
@@ -127,11 +124,11 @@ pub enum Refusal {
     Measurement(#[from] MeasurementError),
     #[error(transparent)]
     Published(#[from] PublishedError),
-    #[error("the drive has no analysis window")]
+    #[error("the burst cannot be located in the drive; check the horn's record and --drive-frequency")]
     NoWindow(#[source] FeatureError),
     #[error("{}", path.display())]
     Mismatch { path: PathBuf, source: PublishedMismatch },
-    #[error("{}: nothing can be fitted to it", path.display())]
+    #[error("{}: the record cannot be fitted", path.display())]
     Observation { path: PathBuf, source: ObservationError },
     #[error(
         "{}: expected the lines of a drive at {:.4} kHz, its fractions and multiples, found the strongest line at {:.4} kHz and at most {:.0} % of it \

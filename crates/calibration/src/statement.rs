@@ -142,7 +142,7 @@ pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
 /// Statement on the waveform comparison, and whether it decided.
 fn waveform(waveform: &WaveformFit) -> String {
     let WaveformFit { cycles, reduced, p, .. } = waveform;
-    let p = if *p < 1e-3 { "below 0.001".into() } else { format!("= {p:.2}") };
+    let p = if *p < 1e-3 { "below 0.001".into() } else { format!("{p:.2}") };
     if !waveform.decides() {
         let part = match periods(*cycles) {
             none if *cycles < 0.5 => format!("Not even the first {none} after the onset can be predicted; there"),
@@ -150,7 +150,7 @@ fn waveform(waveform: &WaveformFit) -> String {
         };
         return format!(
             "{part}, runs with slightly different gaps and noise diverge. Therefore the \
-             amplitudes were fitted, not the waveform (p of the waveform in this part {p})."
+             features were fitted, not the waveform (p of the waveform in this part, not used: {p})."
         );
     }
     let how_far = if waveform.whole {
@@ -159,15 +159,14 @@ fn waveform(waveform: &WaveformFit) -> String {
         format!("over {} after the onset; after that the runs diverge", periods(*cycles))
     };
     let verdict = match waveform.left_out {
-        0 => "The verdict uses 2 × the smaller of this p and the amplitudes' p, at most 1.".into(),
+        0 => "The p of the verdict is 2 × the smaller of this p and the p of the features, at most 1.".into(),
         samples => format!(
-            "{samples} samples in and around drop-outs are left out. The amplitudes include interpolated samples there, so they have no part in the \
-             verdict."
+            "It is the p of the verdict: {samples} samples in and around drop-outs are left out, and the features include interpolated samples there."
         ),
     };
     format!(
         "The waveform was fitted, sample by sample, {how_far}. The mean square residual is {reduced:.2} of the value expected from noise and unknown \
-         gaps; p {p}. {verdict}"
+         gaps. The p of the waveform is {p}. {verdict}"
     )
 }
 
@@ -178,9 +177,9 @@ fn periods(cycles: f64) -> String {
 /// Statement on the p-value.
 fn standing(fit: &Fit) -> String {
     let p = fit.agreement.p;
-    let share = if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
+    let share = if p < 1e-3 { "below 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };
     format!(
-        "{share} of the records simulated with the model fit as badly as this one or worse (p; below 5 % doubtful, below 1 % rejected)."
+        "p, the share of simulated records that fit as badly as this one or worse, is {share} (below 5 % doubtful, below 1 % rejected)."
     )
 }
 
@@ -189,8 +188,8 @@ fn standing(fit: &Fit) -> String {
 pub fn recorded_drive(fit: &Fit) -> Option<String> {
     let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
     is_quoted.then(|| {
-        "alpha is the drive at the first bead over the recorded horn motion: 1 if the sensitivities of both records are right and the horn's face moves \
-         as its recorded point."
+        "alpha is the drive at the first bead divided by the true motion of the horn: 1 if the sensitivities of both records are right and the horn's face \
+         moves as its recorded point. The record gives alpha × horn scale; the interval includes the uncertainty of the horn scale."
             .to_owned()
     })
 }
@@ -209,7 +208,7 @@ pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
     })
 }
 
-/// Statement on a search of a wider box and its result.
+/// Statement on a search of a wider range and its result.
 #[must_use]
 pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
     let bounds =

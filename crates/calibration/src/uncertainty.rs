@@ -137,7 +137,7 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
     };
     let mut words =
         vec![format!("a gap in every contact (half-normal, scale {}{roughness})", engineering(drawn.gap, "m", 2))];
-    words.push(format!("drive level ±{} %", 100.0 * drawn.drive));
+    words.push(format!("horn scale ±{} %", 100.0 * drawn.drive));
     if drawn.droop > 0.0 {
         words.push(format!("up to {} % drive loss in its vibrometer's filter", significant(100.0 * drawn.droop, 2)));
     }

@@ -53,6 +53,7 @@ fn keys() -> String {
             "default": key.default_text(),
             "meaning": key.meaning,
             "conditions": conditions,
+            "alternative": key.alternative(),
         })
     };
     Value::Array(KEYS.iter().map(key).collect()).to_string()

@@ -60,8 +60,7 @@ pub enum MeasurementError {
     )]
     MixedDecimals { place: Place, expected: DecimalSign, since: u64, found: String },
     #[error(
-        "{place}: expected a number that can be read in one way, found only such as `{found}`: a decimal or thousands set \
-         apart; pass --read decimal={} if it is a decimal, else export without setting thousands apart",
+        "{place}: `{found}` is a decimal or a thousands separator: pass --read decimal={} if it is a decimal, else export without thousands separators",
         if *sign == DecimalSign::Comma { "comma" } else { "point" }
     )]
     AmbiguousNumber { place: Place, found: String, sign: DecimalSign },
@@ -77,8 +76,8 @@ pub enum MeasurementError {
     #[error("{place}: expected {announced} samples as announced, found {}: several records in one file; keep one", times(*announced, *found))]
     MoreThanAnnounced { place: Place, announced: usize, found: usize },
     #[error(
-        "{place}: expected instants and volts, found counts of the converter (as with `Mode,Fast`): volts are counts × {scale} / 25, less the vertical \
-         position; export in the mode Detail, or write the volts into the file"
+        "{place}: the file has converter counts, not volts (`Mode,Fast`): volts are counts × {scale} / 25, less the vertical position; export in the \
+         mode Detail, or write the volts into the file"
     )]
     Counts {
         place: Place,
@@ -179,7 +178,7 @@ pub enum MeasurementError {
     )]
     Several(Vec<MeasurementError>),
     #[error(
-        "{place}: expected one sample at every instant, found two: the extremes that an oscilloscope writes in the mode Peak Detect, which are no          samples; record again in the mode Sample"
+        "{place}: expected one sample at every instant, found two: the extremes that an oscilloscope writes in the mode Peak Detect, which are no samples; record again in the mode Sample"
     )]
     PeakDetect { place: Place },
     #[error("{place}: expected a unit, found none; write it in the header as in `{example}`, or pass {flag}")]
@@ -248,7 +247,7 @@ pub enum MeasurementError {
     )]
     ResponseWithoutBandwidth { path: PathBuf, filter: String },
     #[error(
-        "{}: `response` is that of the vibrometer or hydrophone at the other end; the horn's motion is used at its drive frequency and needs none", path.display()
+        "{}: `response` applies to vibrometer and hydrophone only; remove it from the horn's reading", path.display()
     )]
     ResponseOfHorn { path: PathBuf },
     #[error(

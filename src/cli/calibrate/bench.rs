@@ -57,7 +57,7 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
         row("support", support(scene), &["support", "disc", "water"], &["support_stiffness"]),
         row("gaps", gaps(scene), &["chain.gaps"], &["gap"]),
         row("static force", force, &["chain.precompression"], &["precompression"]),
-        row("contacts", law.into(), &["model.contact_law"], &[]),
+        row("contacts", law.into(), &["contact.law"], &[]),
         row("damping", summary::damping(scene), &["damping"], &["damping"]),
     ];
     rows.extend(scene.horn.map(|horn| {
@@ -120,7 +120,7 @@ fn gaps(scene: &Scene) -> String {
     let open = scene.chain.gaps.iter().filter(|gap| **gap > 0.0).count();
     let widest = scene.chain.gaps.iter().copied().fold(0.0, f64::max);
     match open {
-        0 => "none".into(),
+        0 => "none (random gaps are added in every run)".into(),
         1 => format!("one of {}", engineering(widest, "m", 3)),
         open => format!("{open} of up to {}", engineering(widest, "m", 3)),
     }

@@ -35,8 +35,7 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     if part.part.is_some() || (pressure || *records > 1) && *model == RecordModel::Reduced || pressure && *records > 1 {
         return Err(usage(
-            "--quantity pressure, --records and --fit are counted on one machine and, but for --fit, by the chain: leave --part, --model \
-             reduced or one of the two out",
+            "--quantity, --records and --fit take no --part; --quantity and --records take only --model chain, one at a time",
         ));
     }
     let usual = SyntheticPlan::default();

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Run the scene with and without each effect and print its cost and influence
     #[arg(long)]
     pub measure: bool,
-    /// Largest error that you accept, such as 1%. Prints which effects must be on to stay below it. Also does --measure
+    /// Accepted error, such as 1%: prints the effects it needs. Implies --measure
     #[arg(long, value_name = "PERCENT", value_parser = level)]
     pub accuracy: Option<f64>,
     #[command(flatten)]

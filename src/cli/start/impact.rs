@@ -22,7 +22,7 @@ const SCENE: &str = "impact";
 /// What may differ on it.
 const TABLES: [&str; 4] = ["chain.", "drive.", "support.", "damping."];
 
-/// Recognise hits by the column of a force sensor and two impulses, and begin their fit definition; `None` of other files.
+/// Recognise hits by the column of a force sensor and two impulses, and begin their plan; `None` of other files.
 ///
 /// # Errors
 /// A scene that cannot be read, a file that is in the way.
@@ -45,7 +45,7 @@ pub fn begin(arguments: &Arguments) -> anyhow::Result<Option<Outcome>> {
     let out = arguments.out.display().to_string();
     let plan = shell_word(&out);
     let mut text = format!(
-        "# A fit definition, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are examples: remove the `#` and type your own value.\n\
+        "# A plan, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are examples: remove the `#` and type your own value.\n\
          #\n#   granchain calibrate --plan {plan}\n#   granchain calibrate --plan {plan} --measured hits/*.csv   # all hits of one column together\n#\n"
     );
     // Writing to a string cannot fail.

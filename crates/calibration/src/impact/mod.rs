@@ -73,11 +73,9 @@ pub enum ImpactError {
         "{path}: sampled every {found:.4e} s, the first hit every {expected:.4e} s; fit hits of one experiment, sampled alike"
     )]
     Step { path: String, expected: f64, found: f64 },
-    #[error(
-        "scene `{scene}`: records of a force sensor are compared with that of a bead, and none has one; set chain.sensor"
-    )]
+    #[error("scene `{scene}`: the scene has no sensor bead; set chain.sensor")]
     NoSensor { scene: String },
-    #[error("--fit {name}: is not fitted to impulses of a striker; expected some of {}", FITTED.join(", "))]
+    #[error("--fit {name} is not fitted to impulses of a striker; expected some of {}", FITTED.join(", "))]
     Parameter { name: String },
     #[error("--fit names {found} parameters, and a hit has three features; name at most {MOST_PARAMETERS}")]
     TooMany { found: usize },

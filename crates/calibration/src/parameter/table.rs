@@ -59,7 +59,7 @@ pub const PARAMETERS: &[Row] = &[
     Row {
         target: Target::Alpha,
         key: "alpha",
-        shown: |_| shown("drive over horn motion", "α", "1", 1.0),
+        shown: |_| shown("drive over true horn motion", "α", "1", 1.0),
         scene_key: |_| "alpha",
         bounds: |_| Ok(("1", ALPHA.0, ALPHA.1)),
         widening: Widening::Far,

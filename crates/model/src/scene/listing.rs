@@ -77,7 +77,18 @@ fn of_material(material: &Material) -> impl Iterator<Item = Setting> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{load, table::GOVERNORS};
+    use crate::scene::{Key, load, table::GOVERNORS};
+
+    #[test]
+    fn keys_of_meshes_and_of_the_step_need_no_chain() {
+        let of = |name: &str| Key::find(name).and_then(Key::alternative);
+        let meshed = Some(("model.kind", vec!["reduced", "fea"]));
+        for name in ["model.mesh_density", "model.elements", "model.contact_patch"] {
+            assert_eq!(of(name), meshed, "{name}");
+        }
+        assert_eq!(of("model.step"), Some(("model.kind", vec!["reduced"])));
+        assert_eq!((of("model.modes"), of("support.normal"), of("model.tolerance")), (None, None, None));
+    }
 
     /// What a key says of when it has an effect is when a scene has a value for it.
     #[test]
@@ -110,6 +121,12 @@ mod tests {
                     (Some(when), Some(SettingValue::Text(word))) => when.holds(word),
                     _ => true,
                 });
+                let named = |(name, words): (&str, Vec<&str>)| match listed(name) {
+                    Some(SettingValue::Text(word)) => words.contains(&word.as_str()),
+                    _ => false,
+                };
+                let said = key.conditions().into_iter().all(named) || key.alternative().is_some_and(named);
+                assert_eq!(said, holds, "{} with {overrides:?}", key.name);
                 let left_out = matches!(key.name, "chain.mesh" | "chain.mesh_unit" | "chain.override")
                     || [
                         "water.absorption",

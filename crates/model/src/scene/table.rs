@@ -343,6 +343,7 @@ pub const KEYS: &[Key] = &[
     number("water.absorption_exponent", Dimension::NONE, Bound::Between(0.01, 2.0), "y of the attenuation")
         .number(|scene| Some(absorption(scene)?.exponent))
         .needed("water.absorption_exponent = 1.1")
+        .usually("none; with water.absorption it must be given")
         .when(LIQUID),
     word::<Baffle>("water.baffle", "plane around the disc: at rest, or free of pressure")
         .value(|scene| text(water(scene)?.baffle.name()))
@@ -427,6 +428,7 @@ pub const KEYS: &[Key] = &[
     number("loss.relaxation_time", Dimension::TIME, Bound::Positive, "its time τ")
         .number(|scene| Some(scene.loss.relaxation?.time))
         .needed("loss.relaxation_time = \"2 us\"")
+        .usually("none; with loss.relaxation it must be given")
         .when(RING),
     word::<ModelKind>("model.kind", "simulation model")
         .value(|scene| text(scene.model.kind.name()))
@@ -529,15 +531,27 @@ impl Governor {
 }
 
 impl Key {
-    /// Other keys that decide whether it has an effect, each with the values where it has.
+    /// Other keys that decide whether it has an effect, each with the values where it has. All must hold, except that [`Key::alternative`] will do.
     pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
         let of = |governor: &Governor| {
-            let when = self.under(governor.name)?;
-            let words = governor.words();
-            let holding: Vec<_> = words.iter().copied().filter(|word| when.holds(word)).collect();
-            (holding.len() < words.len()).then_some((governor.name, holding))
+            let holding = self.holding(governor)?;
+            (holding.len() < governor.words().len()).then_some((governor.name, holding))
         };
         GOVERNORS.iter().filter_map(of).collect()
+    }
+
+    /// The values of `model.kind` that do in place of its other conditions: those whose models have none of the keys that these name.
+    pub fn alternative(&self) -> Option<(&'static str, Vec<&'static str>)> {
+        let (kind, others) = GOVERNORS.split_first()?;
+        let needed = others.iter().filter(|governor| self.under(governor.name).is_some());
+        let asked: Vec<_> = needed.filter_map(|governor| Self::find(governor.name)?.under(kind.name)).collect();
+        let free = self.holding(kind)?.into_iter().filter(|word| !asked.iter().any(|when| when.holds(word))).collect();
+        Some((kind.name, free)).filter(|(_, free): &(_, Vec<_>)| !asked.is_empty() && !free.is_empty())
+    }
+
+    fn holding(&self, governor: &Governor) -> Option<Vec<&'static str>> {
+        let when = self.under(governor.name)?;
+        Some(governor.words().iter().copied().filter(|word| when.holds(word)).collect())
     }
 
     /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.

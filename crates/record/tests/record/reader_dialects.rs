@@ -261,8 +261,8 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
     let grouped = format!("Zeit [us];v [mm/s]\n{}\n", rows.join("\n"));
     assert_eq!(
         refused("vib.csv", &grouped, &none),
-        "vib.csv:2: expected a number that can be read in one way, found only such as `1,000`: a decimal or thousands set \
-         apart; pass --read decimal=comma if it is a decimal, else export without setting thousands apart"
+        "vib.csv:2: `1,000` is a decimal or a thousands separator: pass --read decimal=comma if it is a decimal, else export without thousands \
+         separators"
     );
     let given = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
     let record =

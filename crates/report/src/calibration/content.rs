@@ -90,15 +90,19 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 
 /// Where the record stands, and by what.
 fn decided(law: &Law<'_>) -> String {
+    let waveform = law.fit.waveform.as_ref().filter(|waveform| waveform.decided);
     format!(
-        "p: {} of the records simulated with the model fit as badly as this one or worse. Below 5 % the model is doubtful, below 1 % it is rejected \
+        "p, the share of simulated records that fit as badly as this one or worse, is {}{}. Below 5 % the model is doubtful, below 1 % it is rejected \
          (outside scatter). The figure shows the features that were compared, with their residuals after the fit.{}",
         share(law.fit.p_value),
-        if law.fit.waveform.as_ref().is_some_and(|waveform| waveform.decided) {
-            " The parameters were fitted to the waveform; the features only enter p."
-        } else {
-            ""
-        }
+        match waveform {
+            Some(waveform) if waveform.left_out == 0 => format!(
+                ": 2 × the smaller of the waveform's ({}) and the features', at most 100 %",
+                share(waveform.p_value)
+            ),
+            _ => String::new(),
+        },
+        if waveform.is_some() { " The parameters were fitted to the waveform; the features only enter p." } else { "" }
     )
 }
 
@@ -124,7 +128,7 @@ fn preference(report: &CalibrationReport) -> Option<String> {
 
 /// A probability in per cent.
 fn share(p: f64) -> String {
-    if p < 1e-3 { "fewer than 0.1 %".into() } else { format!("{} %", significant(100.0 * p, 2)) }
+    if p < 1e-3 { "below 0.1 %".into() } else { format!("{} %", significant(100.0 * p, 2)) }
 }
 
 /// The fidelity levels side by side.

@@ -50,7 +50,7 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     Some(Table {
         caption: "Features compared by the fit, as magnitudes. Peaks: over the whole response after the onset. Bands and means: in its late part. Early: \
                   the given periods after the onset. Deviation: (model − record)/standard deviation of a run, after fitting, calculated in the \
-                  logarithm. The amplitudes' p is calculated from these deviations."
+                  logarithm. The p of the features is calculated from these deviations."
             .into(),
         columns,
         rows,
@@ -154,7 +154,7 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
     columns.extend([
         Column::words("Parameter"),
         Column::words("Value (90 % interval)"),
-        Column::words("Searched"),
+        Column::words("Range"),
         Column::numbers("Misfit").unit("1"),
         Column::words("Verdict"),
         Column::numbers("Δ ln evidence"),
