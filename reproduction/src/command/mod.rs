@@ -128,7 +128,7 @@ impl Arguments {
             text.push_str(" --quick");
         }
         if let Some(replicates) = self.replicates {
-            let _ = write!(text, " --members {replicates}");
+            let _ = write!(text, " --replicates {replicates}");
         }
         if let Some(seed) = self.session.seed {
             let _ = write!(text, " --seed {seed}");

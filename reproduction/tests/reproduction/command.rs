@@ -50,12 +50,14 @@ fn a_study_says_how_long_it_takes_and_writes_one_folder() {
 fn the_study_of_the_paper_judges_every_statement() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("paper");
-    let flags = ["paper", "--model", "chain", "--quick", "--members", "2", "--out", out.to_str().unwrap()];
+    let flags = ["paper", "--model", "chain", "--quick", "--replicates", "2", "--out", out.to_str().unwrap()];
     let output = study(&flags);
     assert!(output.status.success(), "{}", said(&output));
     let judgements = json(&out.join("paper.json"))["judgements"].as_array().unwrap().len();
     assert_eq!(judgements, granchain_calibration::predict::published::STATEMENTS.len());
     assert!(String::from_utf8_lossy(&output.stdout).contains("linear.best-alpha"));
+    // The page names the command that made it.
+    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("--quick --replicates 2"));
 }
 
 #[test]
