@@ -144,7 +144,7 @@ impl Study {
         let state = match (&folder, &scratch) {
             (Some(folder), _) => folder.state_path(),
             (None, Some(scratch)) => scratch.path().to_path_buf(),
-            (None, None) => bail!("no place for the finished runs"),
+            (None, None) => bail!("no place for the finished runs; give --out"),
         };
         // A sweep stopped before its first run has nothing that another plan could spoil.
         if std::fs::metadata(state.join(RUNS)).is_ok_and(|runs| runs.len() > 0) {

@@ -215,7 +215,7 @@ pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
         |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
     let bounds = || fit.parameters.iter().map(bounds).collect::<Vec<_>>().join(", ");
     if !runs.wide.is_empty() {
-        return Some("A search range four times wider on every side was tried too; no better fit was found.".into());
+        return Some("A search range four times wider on every side that you did not set was tried too; no better fit was found.".into());
     }
     (!runs.narrow.is_empty())
         .then(|| format!("The best fit lay outside the first search range, so a wider one was searched: {}.", bounds()))

@@ -146,7 +146,7 @@ pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String 
         shared.push(format!("sensitivity ±{:.2} %", 100.0 * drawn.sensitivity));
     }
     if drawn.mass > 0.0 && parameters.iter().any(|parameter| parameter.target.is_force()) {
-        shared.push(format!("mass of the beads ±{:.2} %", 100.0 * drawn.mass));
+        shared.push(format!("mass of the beads ±{:.2} % (where the waveform is fitted)", 100.0 * drawn.mass));
     }
     if drawn.baseline > 0.0 && !fitted("gap") {
         words.push(format!("the horn's baseline ±{}", engineering(drawn.baseline, "m", 2)));

@@ -55,7 +55,7 @@ pub enum MeasurementError {
     #[error("{place}: expected {expected}, found {found}; {remedy}")]
     Delimiter { place: Place, expected: String, found: &'static str, remedy: &'static str },
     #[error(
-        "{place}: expected {} as in line {since}, found `{found}`; write all decimals alike and no thousands apart",
+        "{place}: expected {} as in line {since}, found `{found}`; use one decimal sign and no thousands separators",
         expected.name()
     )]
     MixedDecimals { place: Place, expected: DecimalSign, since: u64, found: String },
@@ -103,7 +103,7 @@ pub enum MeasurementError {
         size: Option<usize>,
         wanted: Option<usize>,
     },
-    #[error("{}: dataset={wanted} names a function or a segment; the file is a plain table with one: leave it out", path.display())]
+    #[error("{}: dataset={wanted} names a function or a segment; the file is a plain table: leave `dataset` out", path.display())]
     NoDatasets { path: PathBuf, wanted: usize },
     #[error(transparent)]
     Universal(#[from] UniversalError),

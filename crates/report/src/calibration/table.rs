@@ -43,14 +43,14 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     let columns = vec![
         Column::words("Fitted feature"),
         Column::numbers(record.record_label.clone()),
-        Column::words("model ± standard deviation of a run"),
+        Column::words("model ± SD with model error"),
         Column::numbers("deviation"),
         Column::words("unit"),
     ];
     Some(Table {
         caption: "Features compared by the fit, as magnitudes. Peaks: over the whole response after the onset. Bands and means: in its late part. Early: \
-                  the given periods after the onset. Deviation: (model − record)/standard deviation of a run, after fitting, calculated in the \
-                  logarithm. The p of the features is calculated from these deviations."
+                  the given periods after the onset. Deviation: (model − record)/SD, after fitting, calculated in the logarithm; the SD includes the run-to-run spread and the model's \
+                  own error. The p of the features is calculated from these deviations."
             .into(),
         columns,
         rows,
@@ -102,7 +102,7 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
-            "Features over the analysis window{}{}. SD between runs: standard deviation between runs that differ only in gaps, drive level and noise; smaller \
+            "Features over the analysis window{}{}. SD between runs: standard deviation of posterior predictive runs; smaller \
              differences are not significant. Sensitivity: change of the feature when the drive is increased by 1 %.",
             record.window.map_or_else(String::new, |window| format!(
                 ", {} to {} µs",
@@ -222,7 +222,7 @@ pub(super) fn fidelity_features(law: &Law<'_>, record: &RecordReport) -> Option<
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
-            "Fitted features at the fitted values, of every model, {}: expected value and standard deviation of a single run. Difference: model that \
+            "Fitted features at the fitted values, of every model, {}: expected value and run-to-run standard deviation, without model error. Difference: model that \
              gives the values minus the next simpler one, of the logarithms; mean ± standard error over pairs of runs with the same random gaps and \
              noise.",
             law.name()
