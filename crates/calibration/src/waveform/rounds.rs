@@ -19,10 +19,6 @@ use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 const FIRST: usize = 256;
 const FURTHER: usize = 200;
 
-/// The same of rounds that only say where the answer lies.
-const FIRST_SCOUTING: usize = 128;
-const FURTHER_SCOUTING: usize = 96;
-
 /// Spread of a round's runs in posterior standard deviations: of the second, and of all others.
 const EARLY_SPREAD: f64 = 4.0;
 const SPREAD: f64 = 2.0;
@@ -76,7 +72,7 @@ pub(super) struct Round {
 pub(super) struct Rounds {
     pub sources: Sources,
     seed: u64,
-    /// Whether they only say where the answer lies: with fewer runs, and without the final rounds.
+    /// Whether they only say where the answer lies: without the final rounds.
     scouting: bool,
     /// Centre and spread of the next round, ln, and the largest allowed spread.
     centre: Vec<f64>,
@@ -135,8 +131,7 @@ impl Rounds {
 
     /// Make a round; the runs that finished.
     fn make(&mut self) -> Option<Ensemble> {
-        let [first, further] = if self.scouting { [FIRST_SCOUTING, FURTHER_SCOUTING] } else { [FIRST, FURTHER] };
-        let count = if self.rounds == 0 { first } else { further };
+        let count = if self.rounds == 0 { FIRST } else { FURTHER };
         let mut ensemble = Ensemble {
             centre: self.centre.clone(),
             lower: self.lower.clone(),
