@@ -49,7 +49,7 @@ pub enum Target {
 impl Target {
     /// Whether it is a force at a given motion, so that a record determines it over the beads' mass only.
     #[must_use]
-    pub(crate) fn is_force(self) -> bool {
+    pub fn is_force(self) -> bool {
         !matches!(self, Self::Alpha | Self::Gap | Self::Bandwidth)
     }
 }

@@ -221,6 +221,17 @@ impl Posterior {
         self.high[d]
     }
 
+    /// Marginal probability below `u` of coordinate `d`: of a true value uniform over many records (probability integral transform).
+    #[must_use]
+    pub fn rank(&self, d: usize, u: f64) -> f64 {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if self.quantile(d, middle) < u { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+
     fn quantile_of_centres(&self, d: usize, probability: f64) -> f64 {
         let filled = self.mass.iter().enumerate().filter(|(_, mass)| **mass > 0.0);
         let mut points: Vec<(f64, f64)> = filled.map(|(index, mass)| (self.centre(index)[d], *mass)).collect();

@@ -25,6 +25,7 @@ pub(crate) use self::difference::Difference;
 pub use self::residual::Residual;
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 use self::{
+    ensemble::Solution,
     record::RecordTrace,
     rounds::Rounds,
     source::{Source, Sources},
@@ -109,7 +110,7 @@ const NEAR: f64 = 1.5;
 const BETWEEN: u64 = 1 << 20;
 
 /// 95 % quantile of the standard normal distribution.
-pub(crate) const QUANTILE: f64 = 1.644_853_627;
+pub const QUANTILE: f64 = 1.644_853_627;
 
 /// Smallest p at which crosstalk is told from a wrong model.
 const FITS: f64 = 0.01;
@@ -239,6 +240,35 @@ fn better(first: Option<WaveformFit>, again: Option<WaveformFit>) -> Option<Wave
     }
 }
 
+/// What the waveforms of these records can say of the parameters, before any fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WaveformBound {
+    /// Cramér–Rao bound: the least covariance of ln of the parameters, with what is not known of drive level and mass.
+    pub bound: Vec<Vec<f64>>,
+    /// Covariance that a fit is expected to quote.
+    pub expected: Vec<Vec<f64>>,
+    /// Predictable cycles after the onset.
+    pub cycles: f64,
+    /// Whether the waveform is expected to decide ([`WaveformFit::decides`]).
+    pub decides: bool,
+}
+
+/// The bound at a point (unit coordinates), from runs of the chain about it: C = (J' Σ⁻¹ J)⁻¹, J the derivative of the mean trace, Σ the covariance
+/// of the likelihood (run-to-run differences, noise, instrument). Of a record only noise, length and position are used. `deviations`: a first guess
+/// of the standard deviations, ln.
+pub(crate) fn bound(records: Vec<Compared>, at: &[f64], deviations: &[f64], seed: u64) -> Option<WaveformBound> {
+    let sources = Sources::new(records.into_iter().map(|compared| source(compared, None)).collect::<Option<Vec<_>>>()?);
+    let start = start::about(&sources, at, deviations).placed(&sources, seed)?;
+    let (rounds, solution, factor) = Rounds::about(sources, start, seed).bound()?;
+    let sources = &rounds.sources;
+    let quoted: Vec<Vec<f64>> =
+        solution.covariance.iter().map(|row| row.iter().map(|entry| factor * factor * entry).collect()).collect();
+    let (expected, cycles) = (with_shared(sources, &quoted), cycles(sources, &solution));
+    let decides =
+        (0..expected.len()).all(|d| expected[d][d].sqrt() < WIDEST) && (is_whole(&solution) || cycles >= FEWEST_CYCLES);
+    Some(WaveformBound { bound: with_shared(sources, &solution.covariance), expected, cycles, decides })
+}
+
 /// A record that can be compared, with what makes its runs.
 fn source(compared: Compared, above: Option<FidelityLevel>) -> Option<Source> {
     let comparison = &compared.forward.comparison;
@@ -262,30 +292,16 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
     let sources = &rounds.sources;
     let solution = answer.solution;
     let forward = &sources.records[0].forward;
-    let dimension = sources.spans().len();
-    let mut covariance: Vec<Vec<f64>> =
-        solution.covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
+    let covariance = with_shared(sources, &solution.covariance);
     let mut at = solution.at.clone();
     let product = sources.alpha().filter(|_| sources.shares_level()).map(|alpha| {
-        let (mean, deviation) = level(forward.uncertainty());
-        let product = covariance[alpha][alpha].sqrt();
-        covariance[alpha][alpha] += deviation * deviation;
-        at[alpha] -= mean;
-        [mean, product]
+        at[alpha] -= level(forward.uncertainty()).0;
+        [level(forward.uncertainty()).0, solution.covariance[alpha][alpha].sqrt()]
     });
-    let forces: Vec<usize> = (0..dimension).filter(|d| forward.parameters[*d].target.is_force()).collect();
-    for (a, b) in forces.iter().flat_map(|a| forces.iter().map(move |b| (*a, *b))) {
-        covariance[a][b] += forward.uncertainty().mass.powi(2);
-    }
     let modulus = sources.modulus.map(|_| {
         let last = solution.at.len() - 1;
         [solution.at[last], solution.covariance[last][last].sqrt()]
     });
-    let cycles = |(placed, source): (&ensemble::Placed, &Source)| {
-        let onset = source.trace.onset as f64 - placed.shift;
-        (placed.predictable as f64 - onset) / SAMPLES_PER_CYCLE as f64
-    };
-    let cycles = solution.placed.iter().zip(&sources.records).map(cycles).fold(0.0, f64::max);
     Some(WaveformFit {
         at: sources.unit(&at),
         covariance,
@@ -293,8 +309,8 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         modulus,
         p: answer.p,
         reduced: solution.reduced(),
-        cycles,
-        whole: solution.placed.iter().all(|placed| placed.predictable >= placed.last),
+        cycles: cycles(sources, &solution),
+        whole: is_whole(&solution),
         rounds: rounds.rounds,
         runs: rounds.runs,
         left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
@@ -304,4 +320,33 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         pairs: Vec::new(),
         mesh: answer.mesh,
     })
+}
+
+/// Covariance (ln) of the fitted parameters with what all samples share: the drive level of one experiment, the mass of the beads.
+fn with_shared(sources: &Sources, covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let forward = &sources.records[0].forward;
+    let dimension = sources.spans().len();
+    let mut covariance: Vec<Vec<f64>> = covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
+    if let Some(alpha) = sources.alpha().filter(|_| sources.shares_level()) {
+        covariance[alpha][alpha] += level(forward.uncertainty()).1.powi(2);
+    }
+    let forces: Vec<usize> = (0..dimension).filter(|d| forward.parameters[*d].target.is_force()).collect();
+    for (a, b) in forces.iter().flat_map(|a| forces.iter().map(move |b| (*a, *b))) {
+        covariance[a][b] += forward.uncertainty().mass.powi(2);
+    }
+    covariance
+}
+
+/// Predictable cycles after the onset, the most of all records.
+fn cycles(sources: &Sources, solution: &Solution) -> f64 {
+    let cycles = |(placed, source): (&ensemble::Placed, &Source)| {
+        let onset = source.trace.onset as f64 - placed.shift;
+        (placed.predictable as f64 - onset) / SAMPLES_PER_CYCLE as f64
+    };
+    solution.placed.iter().zip(&sources.records).map(cycles).fold(0.0, f64::max)
+}
+
+/// Whether every record ends within its predictable cycles.
+fn is_whole(solution: &Solution) -> bool {
+    solution.placed.iter().all(|placed| placed.predictable >= placed.last)
 }
