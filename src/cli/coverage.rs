@@ -70,7 +70,7 @@ pub struct Arguments {
     /// Without --count and --wrong nothing is fitted: expected interval widths, in seconds
     #[arg(long, value_name = "KEY=VALUES", value_parser = axis, requires = "plan")]
     pub vary: Vec<Axis>,
-    /// Also make records of benches that differ from the plan: how often is the difference found
+    /// Also tell fits something wrong of the bench (support, beads, damping law, first gap, radius): how often do they find it
     #[arg(long, requires = "plan")]
     pub wrong: bool,
     /// Number of synthetic records for each scenario or experiment, or number of benches if no scenario is given [default: 8]
@@ -131,7 +131,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let (part, keep_records, session) = (arguments.part.part, arguments.keep_records, arguments.session.clone());
     if let Some(path) = arguments.plan.clone() {
-        let study = plan::Study::new(path, arguments)?;
+        let study = plan::Study::new(&path, arguments, super::typed().skip(1))?;
         return match part {
             Some(part) => parts::write(part, &study, &session),
             None => study.run_here(),
@@ -145,9 +145,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// The study that the arguments of parts ask for.
-pub(super) fn divisible(arguments: Arguments) -> anyhow::Result<Box<dyn Divisible>> {
+pub(super) fn divisible(arguments: Arguments, typed: &[String]) -> anyhow::Result<Box<dyn Divisible>> {
     Ok(match arguments.plan.clone() {
-        Some(path) => Box::new(plan::Study::new(path, arguments)?),
+        Some(path) => Box::new(plan::Study::new(&path, arguments, typed.iter().cloned())?),
         None => Box::new(Study::new(arguments)?),
     })
 }

@@ -1,20 +1,16 @@
 //! Coverage on the user's own bench, and expected interval widths of experiments not yet made: `--plan`, `--vary`, `--wrong`.
 
-use std::{
-    ops::Range,
-    path::{Path, PathBuf},
-};
+use std::{ops::Range, path::Path};
 
-use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{Arguments, SUMMARY, aligned};
+use super::{Arguments, COUNT, RecordModel, SUMMARY, aligned};
 use crate::{
     calibration::{Plan, Problem, plan::Likelihood, problem::DEFAULT_SEED},
     cli::{
         Outcome,
         arguments::{OutputArguments, Session, usage},
-        calibrate::definition::refused,
+        calibrate::{definition::refused, manifest},
         interrupt::{self, Interrupted},
         output::page_results,
         parts::{self, Divisible, Parts},
@@ -22,10 +18,10 @@ use crate::{
         timing::{self, Timing},
     },
     measurement::shell_line,
-    study::{Axis, Grid, grid::Value as AxisValue},
+    study::{Axis, Grid, Value as AxisValue},
     validate::{
         own_bench::{Experiment, OwnBench, OwnCount, OwnPlan, OwnRecord},
-        page::own_bench::{OwnBenchReport, sentences, tables},
+        page::own_bench::{files, sentences, tables},
     },
 };
 
@@ -38,7 +34,7 @@ const LEVEL: &str = "drive";
 /// The experiments of a grid; the bench as it was recorded without one.
 fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
     if axes.is_empty() {
-        return Ok(vec![Experiment { name: "as recorded".into(), level: 1.0, set: vec![] }]);
+        return Ok(vec![Experiment { name: "as recorded".into(), level: 1.0, set: vec![], wrong: None }]);
     }
     let grid = Grid::new(axes)?;
     let experiment = |index: usize| {
@@ -50,51 +46,22 @@ fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
                 }
                 _ if axis.key == LEVEL => {
                     return Err(usage(format!(
-                        "--vary {LEVEL}={value}: expected positive factors on the recorded horn motion, such as {LEVEL}=0.4:1.6:0.4"
+                        "--vary {LEVEL}: expected positive factors on the recorded horn motion, such as {LEVEL}=0.4:1.6:0.4, found `{value}`"
                     )));
                 }
                 value => set.push(format!("{}={value}", axis.key)),
             }
         }
-        Ok(Experiment { name: grid.overrides(index).join(" "), level, set })
+        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, wrong: None })
     };
     (0..grid.len()).map(experiment).collect()
 }
 
-#[derive(Debug, Serialize)]
-struct OwnSummary<'a> {
-    program: String,
-    plan: &'a Plan,
-    study: &'a OwnPlan,
-    model: &'a str,
-    count: &'a OwnCount,
-    records: &'a [OwnRecord],
-}
-
-fn words(path: &Path, arguments: &Arguments) -> Vec<String> {
-    let mut words = vec!["granchain".into(), "coverage".into(), "--plan".into(), path.display().to_string()];
-    let mut flag = |name: &str, value: Option<String>| {
-        words.extend(value.map(|value| [format!("--{name}"), value]).into_iter().flatten())
-    };
-    for Axis { key, values, .. } in &arguments.vary {
-        let values: Vec<String> = values.iter().map(ToString::to_string).collect();
-        flag("vary", Some(format!("{key}={}", values.join(","))));
-    }
-    flag("count", arguments.count.map(|count| count.to_string()));
-    flag("evaluations", arguments.evaluations.map(|runs| runs.to_string()));
-    flag("model", arguments.model.map(|model| model.kind().to_owned()));
-    flag("seed", arguments.session.seed.map(|seed| seed.to_string()));
-    let switches = [("--wrong", arguments.wrong), ("--amplitudes", arguments.amplitudes)];
-    words.extend(switches.into_iter().filter(|(_, on)| *on).map(|(name, _)| name.to_owned()));
-    words
-}
-
 /// A plan whose bench is to be studied.
 pub struct Study {
-    path: PathBuf,
-    /// The command line that makes it again.
-    words: Vec<String>,
     plan: Plan,
+    /// The arguments that make it again.
+    words: Vec<String>,
     problem: Problem,
     own: OwnPlan,
     output: OutputArguments,
@@ -103,33 +70,36 @@ pub struct Study {
 }
 
 impl Study {
-    /// Read what the plan names.
-    pub fn new(path: PathBuf, arguments: Arguments) -> anyhow::Result<Self> {
-        let words = words(&path, &arguments);
+    /// Read what the plan `path` names; `typed` is the command line.
+    pub fn new(path: &Path, arguments: Arguments, typed: impl Iterator<Item = String>) -> anyhow::Result<Self> {
         let Arguments { vary, wrong, count, evaluations, model, amplitudes, output, session, .. } = arguments;
         let timing = Timing::start();
-        let mut plan = Plan::read(&path)?;
-        // Runs that are only bounded are the chain's.
         let fits = vary.is_empty() || wrong || count.is_some();
-        let model = model.map(super::RecordModel::kind).or((!fits).then_some("chain"));
-        plan.set.extend(model.map(|kind| format!("model.kind={kind}")));
+        let mut plan = Plan::read(path)?;
+        // The chain alone says what the waveform bounds.
+        let model = model.or((!fits).then_some(RecordModel::Chain));
+        plan.set.extend(model.map(|model| format!("model.kind={}", model.kind())));
         plan.evaluations = evaluations.map(|runs| runs as usize).or(plan.evaluations);
         plan.seed = session.seed.or(plan.seed).or(Some(DEFAULT_SEED));
         plan.likelihood = amplitudes.then_some(Likelihood::Amplitudes).or(plan.likelihood);
         let problem = Problem::read(&plan).map_err(refused)?;
-        let experiments = experiments(vary)?;
+        let mut experiments = experiments(vary)?;
         for experiment in &experiments {
             problem.lead().bench.scene_with(&experiment.set)?;
         }
-        let count = count.unwrap_or(if fits { super::COUNT } else { BOUNDED });
-        let own = OwnPlan { experiments, count, seed: session.seed(), wrong, fits };
-        Ok(Self { path, words, plan, problem, own, output, session, timing })
+        if wrong {
+            let both = |it: Experiment| [it.told_wrong(&problem), vec![it]].into_iter().rev().flatten();
+            experiments = experiments.into_iter().flat_map(both).collect();
+        }
+        let count = count.unwrap_or(if fits { COUNT } else { BOUNDED });
+        let own = OwnPlan { experiments, count, seed: session.seed(), fits };
+        Ok(Self { plan, words: manifest::typed(typed), problem, own, output, session, timing })
     }
 
     fn records(&self, part: Range<usize>) -> anyhow::Result<Vec<OwnRecord>> {
         let bench = OwnBench::fit(self.plan.clone(), &self.problem, &interrupt::requested)?.ok_or(Interrupted)?;
         let bar = progress::bar(&self.session, part.len() as u64, "records");
-        let records = bench.records(&self.own, part, &|| bar.inc(1), &interrupt::requested)?;
+        let records = bench.records(&self.own, part, &|| bar.inc(1))?;
         bar.finish_and_clear();
         Ok(records.ok_or(Interrupted)?)
     }
@@ -142,29 +112,29 @@ impl Study {
 
     fn conclude(mut self, records: &[OwnRecord]) -> anyhow::Result<Outcome> {
         let folder = self.output.stage(&page_results(SUMMARY))?;
-        let Self { path, words, plan, problem, own, session, timing, .. } = &mut self;
+        let Self { plan, words, problem, own, session, timing, .. } = &mut self;
         let (count, model) = (OwnCount::of(own, records), problem.model());
-        let summary = OwnSummary { program: summary::program(), plan, study: own, model, count: &count, records };
-        let mut text = tables(own, &count).iter().map(aligned).collect::<Vec<_>>().join("\n");
-        text.extend(sentences(own, &count).into_iter().map(|sentence| sentence + "\n"));
-        let refusals = count.0.iter().filter_map(|it| Some((it.name.as_str(), it.refusal.as_deref()?)));
-        for (name, why) in refusals {
-            session.note(format_args!("warning: {name}: a record gave no fit: {why}"));
+        let summary = json!({
+            "program": summary::program(), "plan": plan, "model": model, "study": own, "count": count, "records": records
+        });
+        for it in &count.0 {
+            let why = it.refusal.iter().filter(|_| it.wrong.is_none());
+            why.for_each(|why| {
+                session.note(format_args!("warning: {}: {} records without a fit: {why}", it.name, it.refused))
+            });
         }
         if let Some(folder) = folder {
             folder.write(SUMMARY, summary::json(&summary)?)?;
-            let facts = vec![
-                ("plan".into(), path.display().to_string()),
-                ("version".into(), env!("CARGO_PKG_VERSION").into()),
-                ("seed".into(), own.seed.to_string()),
-            ];
-            let command_line = shell_line(words.iter().map(String::as_str));
-            folder.write_all(OwnBenchReport { plan: own, count: &count, model, facts, command_line }.files()?)?;
+            let facts = [("version", env!("CARGO_PKG_VERSION").to_owned()), ("seed", own.seed.to_string())];
+            let command_line = shell_line(["granchain"].into_iter().chain(words.iter().map(String::as_str)));
+            let facts = facts.map(|(name, value)| (name.to_owned(), value)).to_vec();
+            folder.write_all(files(own, &count, model, facts, &command_line)?)?;
             timing.stage("write");
             folder.write(timing::FILE, timing.to_json())?;
             session.note(format_args!("written to {}", folder.finish()?.display()));
         }
-        session.result(text, &summary)?;
+        let tables: Vec<String> = tables(own, &count).iter().map(aligned).collect();
+        session.result(format!("{}{}\n", tables.join("\n"), sentences(&count).join("\n")), &summary)?;
         Ok(Outcome::Done)
     }
 }

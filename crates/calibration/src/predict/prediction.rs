@@ -157,9 +157,27 @@ pub fn predict(
     let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
     let measurand = recording.measurand;
     let made = &trace(response.clone(), measurand)?;
+    let filtered = low_pass(made, observation.cutoff);
+    let mut offset = alignment(&observation.trace, observation)? - alignment(&filtered, observation)?;
     let driven = observation::settings(scene)?;
-    let (offset, window) = placed(scene, (recording, observation), made)?;
+    let window = driven.window.unwrap_or_else(|| Window::whole(made));
     let record = &recording.signal;
+    let seen_at = |offset: f64| Window { from: window.from + offset, to: window.to + offset }.on(record);
+    if !observation.fingerprint.by_onset() {
+        // A fall tells the offset to a period or two, and nothing tells it of a record that lies somewhere: the waveforms do.
+        let period = 1.0 / scene.drive.frequency;
+        let (begins, ends) = scene.drive.burst();
+        let tries =
+            if observation.fingerprint.falls() { 1 } else { ((ends - begins) / (APART * period)).ceil() as u32 };
+        let apart = |offset: f64| {
+            let laid = Series::new(made.start + offset, made.step, filtered.values.clone());
+            let found = similarity(record, &laid, seen_at(offset)?, scene.drive.frequency)?;
+            Ok::<_, FeatureError>((found.relative_rms_difference, offset - found.lag_s))
+        };
+        let found = (0..tries).filter_map(|number| apart(offset - f64::from(number) * APART * period).ok());
+        offset = found.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(offset, |(_, offset)| offset);
+    }
+    let window = seen_at(offset)?;
     let settings = FeatureSettings {
         window: Some(window),
         band: Some(observation.cutoff),
@@ -251,37 +269,6 @@ fn side_by_side(
             simulated: *simulated,
         })
         .collect()
-}
-
-/// Record time minus model time (s) of a record and the trace `made` of `scene`, and the window of the features in record time.
-///
-/// # Errors
-/// When either cannot be aligned.
-pub fn placed(
-    scene: &Scene,
-    (recording, observation): (&Recording, &Observation),
-    made: &Series,
-) -> Result<(f64, Window), PredictionError> {
-    let filtered = low_pass(made, observation.cutoff);
-    let mut offset = alignment(&observation.trace, observation)? - alignment(&filtered, observation)?;
-    let window = observation::settings(scene)?.window.unwrap_or_else(|| Window::whole(made));
-    let record = &recording.signal;
-    let seen_at = |offset: f64| Window { from: window.from + offset, to: window.to + offset }.on(record);
-    if !observation.fingerprint.by_onset() {
-        // A fall tells the offset to a period or two, and nothing tells it of a record that lies somewhere: the waveforms do.
-        let period = 1.0 / scene.drive.frequency;
-        let (begins, ends) = scene.drive.burst();
-        let tries =
-            if observation.fingerprint.falls() { 1 } else { ((ends - begins) / (APART * period)).ceil() as u32 };
-        let apart = |offset: f64| {
-            let laid = Series::new(made.start + offset, made.step, filtered.values.clone());
-            let found = similarity(record, &laid, seen_at(offset)?, scene.drive.frequency)?;
-            Ok::<_, FeatureError>((found.relative_rms_difference, offset - found.lag_s))
-        };
-        let found = (0..tries).filter_map(|number| apart(offset - f64::from(number) * APART * period).ok());
-        offset = found.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(offset, |(_, offset)| offset);
-    }
-    Ok((offset, seen_at(offset)?))
 }
 
 /// Instant by which record and runs are laid on each other, s: of an onset interpolated linearly.

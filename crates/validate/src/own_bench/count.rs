@@ -1,8 +1,8 @@
-//! Summary over the records of a user's bench: coverage, calibration of the posterior, widths against the bound, power to reject a wrong bench.
+//! Summary over the records of a user's bench: coverage, ranks of the truths, widths against the bound, power to reject a wrong bench.
 
 use serde::{Deserialize, Serialize};
 
-use super::{OwnFit, OwnPlan, OwnRecord, WrongBench};
+use super::{Experiment, OwnFit, OwnPlan, OwnRecord};
 use crate::{laboratory::wilson, synthetic::median};
 use granchain_calibration::{
     fit::{Estimate, Verdict},
@@ -10,7 +10,7 @@ use granchain_calibration::{
 };
 
 /// Probability that an interval states.
-pub(crate) const LEVEL: f64 = 0.9;
+const LEVEL: f64 = 0.9;
 
 /// Quantile of the intervals for counted shares, 95 %.
 const Z: f64 = 1.96;
@@ -19,56 +19,44 @@ const Z: f64 = 1.96;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterCoverage {
     pub name: String,
-    /// Intervals that hold the truth, whatever the verdict.
+    /// Intervals that hold the truth, whatever the verdict, and the 95 % interval of their share (Wilson 1927).
     pub covered: usize,
-    pub count: usize,
-    /// 95 % interval of the share covered (Wilson 1927).
     pub coverage: (f64, f64),
-    /// Median ln(high/low) of the fits; absent without fits.
-    pub median_width: Option<f64>,
-    /// The same as the bound lets expect it of fits, and median ratio of the fits' widths to the Cramér–Rao bound.
+    /// Median ln(high/low): as the bound lets expect, and of the fits; median ratio of the fits' to the Cramér–Rao bound.
     pub expected_width: Option<f64>,
+    pub fitted_width: Option<f64>,
     pub width_over_bound: Option<f64>,
     /// Posterior probability below each truth, ascending.
     pub ranks: Vec<f64>,
-    /// Largest distance of their distribution function from that of a uniform distribution, and the distance that is exceeded by chance in 5 % of
-    /// studies, √(ln 40/(2n)) (Dvoretzky, Kiefer and Wolfowitz 1956, Massart 1990).
+    /// Largest distance of their distribution function from the uniform one (Kolmogorov), and the distance that 95 % of studies stay below,
+    /// √(ln 40/(2n)) (Massart 1990).
     pub ecdf_distance: f64,
     pub ecdf_band: f64,
     /// Factor on the half-widths with which 90 % of the intervals hold the truth: the ⌈0.9 (n + 1)⌉-th smallest that an interval needs. Only where the
-    /// coverage lies below 90 % beyond chance.
+    /// coverage is below 90 % beyond chance.
     pub widen: Option<f64>,
-}
-
-/// Records of one kind of wrong bench.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Power {
-    pub wrong: WrongBench,
-    pub count: usize,
-    /// Not `within scatter`, or refused.
-    pub rejected: usize,
-    /// 95 % interval of the chance to be rejected (Wilson 1927).
-    pub chance: (f64, f64),
 }
 
 /// One experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentCount {
     pub name: String,
+    /// What is wrong in what the fit is told.
+    pub wrong: Option<String>,
     pub records: usize,
     pub fits: usize,
-    pub parameters: Vec<ParameterCoverage>,
-    /// Expected correlation of the logarithms of each pair of parameters, median.
-    pub correlations: Vec<(String, String, f64)>,
-    /// Median of the cycles that runs predict.
-    pub cycles: Option<f64>,
-    /// Right benches called `outside scatter`.
-    pub outside: usize,
+    /// Fits that are `doubtful` or `outside scatter` (p < 0.05), refusals among them; and the 95 % interval of their share.
+    pub rejected: usize,
+    pub rejection: (f64, f64),
     pub not_converged: usize,
     pub refused: usize,
     /// Why, of the first of them.
     pub refusal: Option<String>,
-    pub power: Vec<Power>,
+    /// Median of the cycles that runs predict.
+    pub cycles: Option<f64>,
+    pub parameters: Vec<ParameterCoverage>,
+    /// Expected correlation of the logarithms of each pair of parameters, median.
+    pub correlations: Vec<(String, String, f64)>,
 }
 
 /// All experiments.
@@ -78,21 +66,23 @@ pub struct OwnCount(pub Vec<ExperimentCount>);
 impl OwnCount {
     #[must_use]
     pub fn of(plan: &OwnPlan, records: &[OwnRecord]) -> Self {
-        let of = |(index, experiment): (usize, &super::Experiment)| {
+        let of = |(index, experiment): (usize, &Experiment)| {
             let own: Vec<&OwnRecord> = records.iter().filter(|record| record.experiment == index).collect();
-            ExperimentCount::of(experiment.name.clone(), &own)
+            ExperimentCount::of(experiment, &own)
         };
         Self(plan.experiments.iter().enumerate().map(of).collect())
     }
 
-    /// The experiment with the narrowest expected interval of a parameter; `None` for one alone.
+    /// The experiments on benches that fits are told rightly.
+    pub fn right(&self) -> impl Iterator<Item = &ExperimentCount> {
+        self.0.iter().filter(|experiment| experiment.wrong.is_none())
+    }
+
+    /// Of several experiments the one with the narrowest interval of a parameter.
     #[must_use]
-    pub fn best(&self, parameter: usize) -> Option<&ExperimentCount> {
-        let width = |it: &&ExperimentCount| it.parameters.get(parameter).and_then(ParameterCoverage::width);
-        let known = self.0.iter().filter(|it| width(it).is_some());
-        known
-            .min_by(|a, b| width(a).unwrap_or(f64::INFINITY).total_cmp(&width(b).unwrap_or(f64::INFINITY)))
-            .filter(|_| self.0.len() > 1)
+    pub fn narrowest(&self, parameter: usize) -> Option<(&ExperimentCount, f64)> {
+        let widths = self.right().filter_map(|it| Some((it, it.parameters.get(parameter)?.width()?)));
+        widths.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| self.right().count() > 1)
     }
 }
 
@@ -100,47 +90,41 @@ impl ParameterCoverage {
     /// Median width of the fits, else the expected one.
     #[must_use]
     pub fn width(&self) -> Option<f64> {
-        self.median_width.or(self.expected_width)
+        self.fitted_width.or(self.expected_width)
     }
 
-    fn of(name: &str, d: usize, records: &[&OwnRecord]) -> Self {
-        let truth = |record: &OwnRecord| record.values.get(d).map(|(_, value)| *value);
-        let fitted: Vec<(f64, &Estimate, f64)> = records
-            .iter()
-            .filter_map(|record| {
-                Some((truth(record)?, fit_of(record)?.estimates.get(d)?, *fit_of(record)?.ranks.get(d)?))
-            })
-            .collect();
-        let deviation = |bound: &WaveformBound| 2.0 * QUANTILE * bound.bound[d][d].sqrt();
-        let over = |record: &&&OwnRecord| {
-            let estimate = fit_of(record)?.estimates.get(d)?;
-            Some((estimate.high / estimate.low).ln() / deviation(record.bound.as_ref()?))
+    fn of<'a>(name: &str, d: usize, records: &[&'a OwnRecord]) -> Self {
+        let fit = |record: &&'a OwnRecord| {
+            let fit = fit_of(record)?;
+            Some((record.values.get(d)?.1, fit.estimates.get(d)?, *fit.ranks.get(d)?))
         };
-        let expected = |record: &&&OwnRecord| {
-            record.bound.as_ref().filter(|it| it.decides).map(|it| 2.0 * QUANTILE * it.expected[d][d].sqrt())
-        };
-        let covered = fitted.iter().filter(|(truth, it, _)| (it.low..=it.high).contains(truth)).count();
-        let count = fitted.len();
-        let mut ranks: Vec<f64> = fitted.iter().map(|(.., rank)| *rank).collect();
-        ranks.sort_by(f64::total_cmp);
+        let fits: Vec<(f64, &Estimate, f64)> = records.iter().filter_map(fit).collect();
+        let width = |it: &Estimate| (it.high / it.low).ln();
+        let of = |covariance: &[Vec<f64>]| 2.0 * QUANTILE * covariance[d][d].sqrt();
+        let expected = |it: &WaveformBound| it.decides.then(|| of(&it.expected));
+        let over =
+            |record: &&OwnRecord| Some(width(fit_of(record)?.estimates.get(d)?) / of(&record.bound.as_ref()?.bound));
+        let covered = fits.iter().filter(|(truth, it, _)| (it.low..=it.high).contains(truth)).count();
         // Of the half-width on the side where the truth lies.
         let needed = |(truth, it, _): &(f64, &Estimate, f64)| {
-            let end = if *truth < it.median { it.low } else { it.high };
-            (truth / it.median).ln() / (end / it.median).ln()
+            (truth / it.median).ln() / (if *truth < it.median { it.low } else { it.high } / it.median).ln()
         };
-        let mut needed: Vec<f64> = fitted.iter().map(needed).collect();
-        needed.sort_by(f64::total_cmp);
+        let mut needed: Vec<f64> = fits.iter().map(needed).collect();
+        let mut ranks: Vec<f64> = fits.iter().map(|(.., rank)| *rank).collect();
+        [&mut needed, &mut ranks].into_iter().for_each(|values| values.sort_by(f64::total_cmp));
+        let count = fits.len();
         let place = (LEVEL * (count + 1) as f64).ceil() as usize;
         let coverage = wilson(covered, count, Z);
+        let steps =
+            |(index, rank): (usize, &f64)| [index, index + 1].map(|below| (below as f64 / count as f64 - rank).abs());
         Self {
             name: name.into(),
             covered,
-            count,
             coverage,
-            median_width: some(fitted.iter().map(|(_, it, _)| (it.high / it.low).ln())),
-            expected_width: some(records.iter().filter_map(|it| expected(&it))),
-            width_over_bound: some(records.iter().filter_map(|it| over(&it))),
-            ecdf_distance: distance(&ranks),
+            expected_width: middle(records.iter().filter_map(|record| expected(record.bound.as_ref()?))),
+            fitted_width: middle(fits.iter().map(|(_, it, _)| width(it))),
+            width_over_bound: middle(records.iter().filter_map(over)),
+            ecdf_distance: ranks.iter().enumerate().flat_map(steps).fold(0.0, f64::max),
             ecdf_band: (40.0_f64.ln() / (2.0 * count.max(1) as f64)).sqrt(),
             ranks,
             widen: needed.get(place.saturating_sub(1)).copied().filter(|_| coverage.1 < LEVEL),
@@ -149,51 +133,32 @@ impl ParameterCoverage {
 }
 
 impl ExperimentCount {
-    fn of(name: String, records: &[&OwnRecord]) -> Self {
-        let (right, wrong): (Vec<&OwnRecord>, Vec<&OwnRecord>) =
-            records.iter().copied().partition(|record| record.wrong.is_none());
-        let names: Vec<&String> = right
-            .iter()
-            .map(|record| &record.values)
-            .find(|it| !it.is_empty())
-            .into_iter()
-            .flatten()
-            .map(|(name, _)| name)
-            .collect();
-        let ended =
-            |verdict| right.iter().filter_map(|record| fit_of(record)).filter(|fit| fit.verdict == verdict).count();
-        let pair = |a: usize, b: usize| {
-            let of =
-                |bound: &WaveformBound| bound.expected[a][b] / (bound.expected[a][a] * bound.expected[b][b]).sqrt();
-            let value = some(right.iter().filter_map(|record| record.bound.as_ref()).map(of))?;
-            Some((names[a].clone(), names[b].clone(), value))
-        };
-        let refusals: Vec<&String> = right.iter().filter_map(|record| record.fit.as_ref()?.as_ref().err()).collect();
-        let power = |kind: WrongBench| {
-            let of_kind: Vec<&&OwnRecord> =
-                wrong.iter().filter(|record| record.wrong == Some(kind) && !record.values.is_empty()).collect();
-            let rejected = of_kind
-                .iter()
-                .filter(|record| fit_of(record).is_none_or(|fit| fit.verdict != Verdict::WithinScatter))
-                .count();
-            let count = of_kind.len();
-            (count > 0).then(|| Power { wrong: kind, count, rejected, chance: wilson(rejected, count, Z) })
+    fn of(experiment: &Experiment, records: &[&OwnRecord]) -> Self {
+        let values = records.iter().map(|record| &record.values).find(|values| !values.is_empty());
+        let values = values.filter(|_| experiment.wrong.is_none());
+        let names: Vec<&String> = values.into_iter().flatten().map(|(name, _)| name).collect();
+        let verdicts: Vec<Verdict> = records.iter().filter_map(|record| Some(fit_of(record)?.verdict)).collect();
+        let ended = |verdict| verdicts.iter().filter(|it| **it == verdict).count();
+        let refusals: Vec<&String> = records.iter().filter_map(|record| record.fit.as_ref()?.as_ref().err()).collect();
+        let rejected = ended(Verdict::Doubtful) + ended(Verdict::OutsideScatter) + refusals.len();
+        let bounds = || records.iter().filter_map(|record| record.bound.as_ref());
+        let pair = |(a, b): (usize, usize)| {
+            let of = |it: &WaveformBound| it.expected[a][b] / (it.expected[a][a] * it.expected[b][b]).sqrt();
+            Some((names[a].clone(), names[b].clone(), middle(bounds().map(of))?))
         };
         Self {
-            name,
-            records: right.len(),
-            fits: right.iter().filter(|record| fit_of(record).is_some()).count(),
-            parameters: names.iter().enumerate().map(|(d, name)| ParameterCoverage::of(name, d, &right)).collect(),
-            correlations: (0..names.len())
-                .flat_map(|b| (0..b).filter_map(move |a| Some((a, b))))
-                .filter_map(|(a, b)| pair(a, b))
-                .collect(),
-            cycles: some(right.iter().filter_map(|record| Some(record.bound.as_ref()?.cycles))),
-            outside: ended(Verdict::OutsideScatter),
+            name: experiment.name.clone(),
+            wrong: experiment.wrong.as_ref().map(|(words, _)| words.clone()),
+            records: records.len(),
+            fits: verdicts.len(),
+            rejected,
+            rejection: wilson(rejected, verdicts.len() + refusals.len(), Z),
             not_converged: ended(Verdict::NotConverged),
             refused: refusals.len(),
             refusal: refusals.first().map(|text| (*text).clone()),
-            power: WrongBench::ALL.into_iter().filter_map(power).collect(),
+            cycles: middle(bounds().map(|bound| bound.cycles)),
+            parameters: names.iter().enumerate().map(|(d, name)| ParameterCoverage::of(name, d, records)).collect(),
+            correlations: (0..names.len()).flat_map(|b| (0..b).map(move |a| (a, b))).filter_map(pair).collect(),
         }
     }
 }
@@ -203,13 +168,6 @@ fn fit_of(record: &OwnRecord) -> Option<&OwnFit> {
 }
 
 /// Median; `None` of nothing.
-fn some(values: impl Iterator<Item = f64>) -> Option<f64> {
+fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
     Some(median(values)).filter(|median| median.is_finite())
-}
-
-/// Largest distance between the distribution function of ascending numbers from 0 to 1 and the uniform one (Kolmogorov).
-fn distance(ascending: &[f64]) -> f64 {
-    let count = ascending.len().max(1) as f64;
-    let at = |(index, rank): (usize, &f64)| f64::max(rank - index as f64 / count, (index + 1) as f64 / count - rank);
-    ascending.iter().enumerate().map(at).fold(0.0, f64::max)
 }

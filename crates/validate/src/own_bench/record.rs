@@ -8,7 +8,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::laboratory::record::{ANTI_ALIAS, csv};
+use crate::laboratory::record::{ANTI_ALIAS, MARGIN, csv};
 use granchain_calibration::observation::{Fall, Passband, clip};
 use granchain_record::{Masking, ReadOptions, Record, RecordedQuantity};
 use granchain_signal::{
@@ -45,6 +45,13 @@ impl Instrument {
     /// Whether it recorded a velocity.
     pub fn sees_velocity(&self) -> bool {
         self.record.recorded == RecordedQuantity::Velocity
+    }
+
+    /// A motion from the model's t = 0 on, which lies `later` (s) on the record's clock, behind rest from before the record begins.
+    pub fn at_rest_before(&self, motion: &Series, later: f64) -> Series {
+        let rest = (((later - self.record.series.start).max(0.0) + MARGIN) / motion.step).ceil();
+        let values = std::iter::repeat_n(0.0, rest as usize).chain(motion.values.iter().copied()).collect();
+        Series::new(-rest * motion.step, motion.step, values)
     }
 
     /// What its filter makes of a motion; of a filter of which only the bandwidth is stated, one that has it. `fitted`: bandwidth of a digital filter
