@@ -407,6 +407,7 @@ mod tests {
         // Half a cell is 0.00625; a normal's 95 % quantile lies 1.6449 σ above its mean.
         assert!((posterior.quantile(0, 0.95) - (0.5 + 0.16449)).abs() < 2e-3);
         assert!((posterior.quantile(1, 0.5) - 0.4).abs() < 1e-3);
+        assert!((posterior.rank(0, posterior.quantile(0, 0.95)) - 0.95).abs() < 1e-9 && posterior.rank(1, 0.9) > 0.999);
         assert!((posterior.correlation(0, 1) - 0.8).abs() < 1e-2);
     }
 

@@ -34,7 +34,7 @@ const LEVEL: &str = "drive";
 /// The experiments of a grid; the bench as it was recorded without one.
 fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
     if axes.is_empty() {
-        return Ok(vec![Experiment { name: "as recorded".into(), level: 1.0, set: vec![], wrong: None }]);
+        return Ok(vec![Experiment { name: "as recorded".into(), level: 1.0, set: vec![], told: vec![], wrong: None }]);
     }
     let grid = Grid::new(axes)?;
     let experiment = |index: usize| {
@@ -52,7 +52,7 @@ fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
                 value => set.push(format!("{}={value}", axis.key)),
             }
         }
-        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, wrong: None })
+        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, told: vec![], wrong: None })
     };
     (0..grid.len()).map(experiment).collect()
 }

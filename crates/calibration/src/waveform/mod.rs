@@ -25,9 +25,8 @@ pub(crate) use self::difference::Difference;
 pub use self::residual::Residual;
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 use self::{
-    ensemble::Solution,
     record::RecordTrace,
-    rounds::Rounds,
+    rounds::{Answer, Rounds},
     source::{Source, Sources},
     start::Start,
 };
@@ -259,14 +258,14 @@ pub struct WaveformBound {
 pub(crate) fn bound(records: Vec<Compared>, at: &[f64], deviations: &[f64], seed: u64) -> Option<WaveformBound> {
     let sources = Sources::new(records.into_iter().map(|compared| source(compared, None)).collect::<Option<Vec<_>>>()?);
     let start = start::about(&sources, at, deviations).placed(&sources, seed)?;
-    let (rounds, solution, factor) = Rounds::about(sources, start, seed).bound()?;
-    let sources = &rounds.sources;
-    let quoted: Vec<Vec<f64>> =
-        solution.covariance.iter().map(|row| row.iter().map(|entry| factor * factor * entry).collect()).collect();
-    let (expected, cycles) = (with_shared(sources, &quoted), cycles(sources, &solution));
-    let decides =
-        (0..expected.len()).all(|d| expected[d][d].sqrt() < WIDEST) && (is_whole(&solution) || cycles >= FEWEST_CYCLES);
-    Some(WaveformBound { bound: with_shared(sources, &solution.covariance), expected, cycles, decides })
+    let (rounds, bound, factor) = Rounds::about(sources, start, seed).bound()?;
+    let of = |factor: f64| {
+        let mut solution = bound.clone();
+        solution.covariance.iter_mut().flatten().for_each(|entry| *entry *= factor * factor);
+        fit_of(&rounds, Answer { solution, p: 1.0, residuals: vec![], mesh: None })
+    };
+    let (bound, expected) = (of(1.0).covariance, of(factor));
+    Some(WaveformBound { bound, decides: expected.decides(), cycles: expected.cycles, expected: expected.covariance })
 }
 
 /// A record that can be compared, with what makes its runs.
@@ -288,29 +287,46 @@ fn run(rounds: Rounds) -> Option<Rounds> {
 
 /// What rounds that have ended say.
 fn said(rounds: &Rounds) -> Option<WaveformFit> {
-    let answer = rounds.answer()?;
+    Some(fit_of(rounds, rounds.answer()?))
+}
+
+fn fit_of(rounds: &Rounds, answer: Answer) -> WaveformFit {
     let sources = &rounds.sources;
     let solution = answer.solution;
     let forward = &sources.records[0].forward;
-    let covariance = with_shared(sources, &solution.covariance);
+    let dimension = sources.spans().len();
+    let mut covariance: Vec<Vec<f64>> =
+        solution.covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
     let mut at = solution.at.clone();
     let product = sources.alpha().filter(|_| sources.shares_level()).map(|alpha| {
-        at[alpha] -= level(forward.uncertainty()).0;
-        [level(forward.uncertainty()).0, solution.covariance[alpha][alpha].sqrt()]
+        let (mean, deviation) = level(forward.uncertainty());
+        let product = covariance[alpha][alpha].sqrt();
+        covariance[alpha][alpha] += deviation * deviation;
+        at[alpha] -= mean;
+        [mean, product]
     });
+    let forces: Vec<usize> = (0..dimension).filter(|d| forward.parameters[*d].target.is_force()).collect();
+    for (a, b) in forces.iter().flat_map(|a| forces.iter().map(move |b| (*a, *b))) {
+        covariance[a][b] += forward.uncertainty().mass.powi(2);
+    }
     let modulus = sources.modulus.map(|_| {
         let last = solution.at.len() - 1;
         [solution.at[last], solution.covariance[last][last].sqrt()]
     });
-    Some(WaveformFit {
+    let cycles = |(placed, source): (&ensemble::Placed, &Source)| {
+        let onset = source.trace.onset as f64 - placed.shift;
+        (placed.predictable as f64 - onset) / SAMPLES_PER_CYCLE as f64
+    };
+    let cycles = solution.placed.iter().zip(&sources.records).map(cycles).fold(0.0, f64::max);
+    WaveformFit {
         at: sources.unit(&at),
         covariance,
         product,
         modulus,
         p: answer.p,
         reduced: solution.reduced(),
-        cycles: cycles(sources, &solution),
-        whole: is_whole(&solution),
+        cycles,
+        whole: solution.placed.iter().all(|placed| placed.predictable >= placed.last),
         rounds: rounds.rounds,
         runs: rounds.runs,
         left_out: sources.records.iter().map(|source| source.trace.left_out).sum(),
@@ -319,34 +335,5 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         residuals: answer.residuals,
         pairs: Vec::new(),
         mesh: answer.mesh,
-    })
-}
-
-/// Covariance (ln) of the fitted parameters with what all samples share: the drive level of one experiment, the mass of the beads.
-fn with_shared(sources: &Sources, covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let forward = &sources.records[0].forward;
-    let dimension = sources.spans().len();
-    let mut covariance: Vec<Vec<f64>> = covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
-    if let Some(alpha) = sources.alpha().filter(|_| sources.shares_level()) {
-        covariance[alpha][alpha] += level(forward.uncertainty()).1.powi(2);
     }
-    let forces: Vec<usize> = (0..dimension).filter(|d| forward.parameters[*d].target.is_force()).collect();
-    for (a, b) in forces.iter().flat_map(|a| forces.iter().map(move |b| (*a, *b))) {
-        covariance[a][b] += forward.uncertainty().mass.powi(2);
-    }
-    covariance
-}
-
-/// Predictable cycles after the onset, the most of all records.
-fn cycles(sources: &Sources, solution: &Solution) -> f64 {
-    let cycles = |(placed, source): (&ensemble::Placed, &Source)| {
-        let onset = source.trace.onset as f64 - placed.shift;
-        (placed.predictable as f64 - onset) / SAMPLES_PER_CYCLE as f64
-    };
-    solution.placed.iter().zip(&sources.records).map(cycles).fold(0.0, f64::max)
-}
-
-/// Whether every record ends within its predictable cycles.
-fn is_whole(solution: &Solution) -> bool {
-    solution.placed.iter().all(|placed| placed.predictable >= placed.last)
 }

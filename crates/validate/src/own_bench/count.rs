@@ -148,7 +148,7 @@ impl ExperimentCount {
         };
         Self {
             name: experiment.name.clone(),
-            wrong: experiment.wrong.as_ref().map(|(words, _)| words.clone()),
+            wrong: experiment.wrong.clone(),
             records: records.len(),
             fits: verdicts.len(),
             rejected,
@@ -170,4 +170,42 @@ fn fit_of(record: &OwnRecord) -> Option<&OwnFit> {
 /// Median; `None` of nothing.
 fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
     Some(median(values)).filter(|median| median.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fits of a true value of 1, whose medians are e^error with intervals of ±0.1 in ln.
+    fn counted(errors: &[f64]) -> ParameterCoverage {
+        let made = |error: &f64| {
+            let [low, median, high] = [-0.1, 0.0, 0.1].map(|by| (error + by).exp());
+            let (name, unit) = ("alpha".to_owned(), "1".to_owned());
+            let estimate =
+                Estimate { name, unit, value: median, median, low, high, at_bound: false, unidentified: false };
+            let ranks = vec![0.5 - error];
+            let fit = OwnFit { verdict: Verdict::WithinScatter, p_value: 0.5, estimates: vec![estimate], ranks };
+            OwnRecord { experiment: 0, number: 0, values: vec![("alpha".into(), 1.0)], bound: None, fit: Some(Ok(fit)) }
+        };
+        let records: Vec<OwnRecord> = errors.iter().map(made).collect();
+        ParameterCoverage::of("alpha", 0, &records.iter().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn intervals_that_miss_are_widened_to_what_nine_in_ten_need() {
+        let errors: Vec<f64> = (0..19).map(|i| 0.02 * f64::from(i)).collect();
+        let count = counted(&errors);
+        // 0, 0.02 … 0.08 lie within ±0.1, and the 18th of 19 needs 0.34.
+        assert!((5..=6).contains(&count.covered), "{}", count.covered);
+        assert!((count.widen.unwrap() - 3.4).abs() < 1e-9 && (count.fitted_width.unwrap() - 0.2).abs() < 1e-12);
+        assert!(count.coverage.1 < LEVEL && count.ecdf_distance > count.ecdf_band, "{count:?}");
+    }
+
+    #[test]
+    fn intervals_that_hold_are_left_as_they_are() {
+        let count = counted(&(0..20).map(|i| 0.1 * (f64::from(i) + 0.5) / 20.0 - 0.05).collect::<Vec<_>>());
+        assert_eq!((count.covered, count.widen), (20, None));
+        // Ranks from 0.45 to 0.55.
+        assert!((count.ecdf_distance - 0.45).abs() < 0.01, "{}", count.ecdf_distance);
+    }
 }

@@ -12,8 +12,9 @@ pub struct Experiment {
     pub level: f64,
     /// Overrides of the scene, of truth and fit alike.
     pub set: Vec<String>,
-    /// What the fit alone is told, and what is wrong with it.
-    pub wrong: Option<(String, String)>,
+    /// Further overrides that the fit alone is told, and what is wrong with them.
+    pub told: Vec<String>,
+    pub wrong: Option<String>,
 }
 
 /// What is to be made.
@@ -41,16 +42,6 @@ impl OwnPlan {
 }
 
 impl Experiment {
-    /// The wrong override of its fit, if there is one.
-    pub(super) fn wrong_set(&self) -> Vec<String> {
-        self.wrong.iter().map(|(_, set)| set.clone()).collect()
-    }
-
-    /// All overrides of its fit.
-    pub(super) fn told(&self) -> Vec<&String> {
-        self.set.iter().chain(self.wrong.iter().map(|(_, set)| set)).collect()
-    }
-
     /// The same with fits that are told what is often wrong: support stiffness ±30 %, a bead, the damping law, a first gap of 20 nm, bead radius ±5 %; as
     /// far as the bench can have it and the fit does not look for it.
     #[must_use]
@@ -84,7 +75,9 @@ impl Experiment {
             ("beads 5 % larger", Some(format!("chain.radius={}", 1.05 * radius))),
         ];
         let possible = |set: &String| bench.scene_with(&[&self.set[..], std::slice::from_ref(set)].concat()).is_ok();
-        let each = all.into_iter().filter_map(|(words, set)| Some((words.to_owned(), set.filter(possible)?)));
-        each.map(|wrong| Self { wrong: Some(wrong), ..self.clone() }).collect()
+        let told = |(words, set): (&str, Option<String>)| {
+            Some(Self { told: vec![set.filter(possible)?], wrong: Some(words.into()), ..self.clone() })
+        };
+        all.into_iter().filter_map(told).collect()
     }
 }

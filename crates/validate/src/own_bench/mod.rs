@@ -15,7 +15,7 @@ mod record;
 pub use count::{ExperimentCount, OwnCount, ParameterCoverage};
 pub use experiment::{Experiment, OwnPlan};
 
-use std::{fs, io, ops::Range, path::Path, sync::Arc};
+use std::{ops::Range, path::Path, sync::Arc};
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -48,12 +48,8 @@ use granchain_calibration::{
     refusal::Refusal,
     waveform::{QUANTILE, WaveformBound},
 };
-use granchain_model::{
-    ModelError,
-    chain::ensemble::Variation,
-    scene::{DriveKind, ModelKind, Scene},
-};
-use granchain_record::{RecordKind, read_record};
+use granchain_model::scene::{Drive, DriveKind, ModelKind, Scene};
+use granchain_record::{RecordKind, read_record, read_record_bytes};
 use granchain_signal::{Series, feature::Measurand};
 
 /// Most shots simulated for a record that is a mean, and their jitter, s.
@@ -102,8 +98,6 @@ pub enum OwnBenchError {
     Refused(#[from] Refusal),
     #[error("the record cannot be aligned with its own fit")]
     Placed(#[from] PredictionError),
-    #[error("the files of a record cannot be written")]
-    Files(#[from] io::Error),
 }
 
 /// The user's bench with its fit, ready to make records.
@@ -120,16 +114,6 @@ pub struct OwnBench {
     /// Accurate bodies of the truths.
     accurate: predict::Bodies,
     stop: &'static (dyn Fn() -> bool + Sync),
-}
-
-/// What one record is made of.
-struct Truth {
-    scene: Scene,
-    values: Vec<f64>,
-    /// What differs from `scene` on bodies that are made ready once.
-    variation: Variation,
-    /// Sensitivity over the stated one.
-    gain: f64,
 }
 
 /// An experiment, and the bodies of its fit above the chain.
@@ -197,19 +181,22 @@ impl OwnBench {
         finished: &(dyn Fn() + Sync),
     ) -> Result<Option<Vec<OwnRecord>>, Refusal> {
         let above = self.fitted.candidate.scene().model.kind != ModelKind::Chain;
-        let mut prepared: Vec<(Vec<&String>, Bodies)> = Vec::new();
+        let mut prepared: Vec<(&Experiment, Bodies)> = Vec::new();
+        let alike = |a: &Experiment, b: &Experiment| a.set == b.set && a.told == b.told;
         for experiment in part.clone().map(|point| plan.experiment(point).1).filter(|_| above) {
-            if prepared.iter().all(|(told, _)| *told != experiment.told()) {
-                let scene = self.bench_of(experiment).scene_with(&experiment.wrong_set())?;
-                prepared.push((experiment.told(), Bodies::new(&scene, None)?));
+            if prepared.iter().all(|(other, _)| !alike(other, experiment)) {
+                let scene = self.bench_of(experiment).scene_with(&experiment.told)?;
+                prepared.push((experiment, Bodies::new(&scene, None)?));
             }
         }
         let make = |point: usize| {
             let (index, experiment, number) = plan.experiment(point);
-            let bodies = prepared.iter().find(|(told, _)| *told == experiment.told()).map(|(_, bodies)| bodies);
+            let bodies = prepared.iter().find(|(other, _)| alike(other, experiment)).map(|(_, bodies)| bodies);
             let mut made = OwnRecord { experiment: index, number, values: vec![], bound: None, fit: None };
             if !(self.stop)() {
-                self.record((experiment, bodies), plan, &mut made);
+                if let Err(error) = self.record((experiment, bodies), plan, &mut made) {
+                    made.fit = Some(Err(with_causes(&error)));
+                }
                 finished();
             }
             (!(self.stop)()).then_some(made)
@@ -229,8 +216,9 @@ impl OwnBench {
         bench
     }
 
-    /// A truth of an experiment, drawn from the posterior with everything that is not controlled.
-    fn truth(&self, experiment: &Experiment, random: &mut ChaCha8Rng) -> Result<Truth, Refusal> {
+    /// A truth of an experiment, drawn from the posterior with everything that is not controlled: values of the parameters, the horn's motion, and the
+    /// accurate velocity as the vibrometer sees it, from the model's t = 0.
+    fn truth(&self, experiment: &Experiment, random: &mut ChaCha8Rng) -> Result<(Vec<f64>, Drive, Series), Refusal> {
         let at = self.fitted.fit.posterior.draw(1.0, random);
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         let [mass, gain] = [self.uncertainty.mass, self.uncertainty.sensitivity].map(|sigma| (sigma * normal()).exp());
@@ -253,96 +241,72 @@ impl OwnBench {
         let mut variation = forward.variation(&at, random);
         variation.shaken.clear();
         scene.output_step = 1.0 / (scene.drive.frequency * FINE as f64);
-        let end = self.vibrometer.record().series.end() - self.offset + MARGIN;
+        let end = self.vibrometer.record.series.end() - self.offset + MARGIN;
         scene.duration = (end.max(MARGIN) / scene.output_step).ceil() * scene.output_step;
         if scene.model.kind == ModelKind::Reduced {
             scene.model.reduced.step = 0.5 * scene.output_step;
             let density = &mut scene.model.reduced.density;
             *density = (f64::from(*density) * FINER).round() as u32;
         }
-        Ok(Truth { scene, values, variation, gain })
-    }
-
-    /// The accurate velocity of a truth, from the model's t = 0.
-    fn velocity(&self, truth: &Truth, random: &mut ChaCha8Rng) -> Result<Series, ModelError> {
-        let scene = truth.variation.written_over(&truth.scene, f64::abs);
-        let prepared = self.accurate.prepared(&scene)?;
-        let run = |scene: &Scene| {
-            let response = prepared.run(scene, &mut |_| !(self.stop)())?;
-            Ok(truth.variation.on_the_record(response.observed_velocity().clone(), truth.scene.samples()))
+        let varied = variation.written_over(&scene, f64::abs);
+        let prepared = self.accurate.prepared(&varied)?;
+        let run = |varied: &Scene| {
+            let response = prepared.run(varied, &mut |_| !(self.stop)())?;
+            Ok(variation.on_the_record(response.observed_velocity().clone(), scene.samples()))
         };
-        let averages = Some(self.vibrometer.record().averages).filter(|count| *count > 1);
-        let scale = if scene.chain.precompression > 0.0 { 0.0 } else { self.uncertainty.gap };
-        shots(&scene, (averages.map(|count| (count.min(SHOTS.0), SHOTS.1)), scale), random, &run)
+        let averages = Some(self.vibrometer.record.averages).filter(|count| *count > 1);
+        let scale = if varied.chain.precompression > 0.0 { 0.0 } else { self.uncertainty.gap };
+        let averages = averages.map(|count| (count.min(SHOTS.0), SHOTS.1));
+        let velocity = shots(&varied, (averages, scale), random, &run)?.map(|v| gain * v);
+        Ok((values, scene.drive, velocity))
     }
 
     /// Make one record: its files, what they bound, its fit.
-    fn record(&self, on: On, plan: &OwnPlan, made: &mut OwnRecord) {
+    fn record(&self, (experiment, bodies): On, plan: &OwnPlan, made: &mut OwnRecord) -> Result<(), Refusal> {
         // The same truths, noise and seeds in every experiment: what differs between them is due to the experiments.
-        let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
+        let random = &mut ChaCha8Rng::seed_from_u64(plan.seed);
         random.set_stream(made.number + 1);
-        let folder = tempfile::tempdir();
-        let place = folder.as_ref().map(|folder| format!("{}/", folder.path().display())).unwrap_or_default();
-        let outcome = match &folder {
-            Ok(folder) => self.fitted_record(on, plan, (made, folder.path()), &mut random),
-            Err(error) => Err(io::Error::new(error.kind(), error.to_string()).into()),
-        };
-        if let Err(error) = outcome {
-            made.fit = Some(Err(with_causes(&error).replace(&place, "")));
-        }
-    }
-
-    fn fitted_record(
-        &self,
-        on: On,
-        plan: &OwnPlan,
-        (made, folder): (&mut OwnRecord, &Path),
-        random: &mut ChaCha8Rng,
-    ) -> Result<(), OwnBenchError> {
-        let truth = self.truth(on.0, random)?;
+        let (values, drive, velocity) = self.truth(experiment, random)?;
         let parameters = &self.fitted.fit.parameters;
-        made.values = parameters.iter().zip(&truth.values).map(|(it, value)| (it.name.clone(), *value)).collect();
-        let velocity = self.velocity(&truth, random).map_err(Refusal::from)?;
-        let bandwidth = parameters.iter().zip(&truth.values).find(|(it, _)| it.target == Target::Bandwidth);
-        let seen = self.vibrometer.at_rest_before(&velocity.map(|v| truth.gain * v), self.offset);
-        let drive = &truth.scene.drive;
+        made.values = parameters.iter().zip(&values).map(|(it, value)| (it.name.clone(), *value)).collect();
+        let bandwidth = parameters.iter().zip(&values).find(|(it, _)| it.target == Target::Bandwidth);
+        let seen = self.vibrometer.at_rest_before(&velocity, self.offset);
         let seen = self.vibrometer.filtered(&seen, (drive.frequency, bandwidth.map(|(_, value)| *value)), random);
         // Where between two samples the trigger falls.
-        let trigger = self.offset + random.random_range(-0.5..0.5) * self.vibrometer.record().series.step;
-        let [horn_file, file] = NAMES.map(|name| folder.join(name));
-        let (bytes, options) = self.vibrometer.file(&seen, trigger, random);
-        fs::write(&file, bytes)?;
-        let mut bench = self.bench_of(on.0);
-        bench.overrides.extend(on.0.wrong_set());
+        let trigger = self.offset + random.random_range(-0.5..0.5) * self.vibrometer.record.series.step;
+        let (bytes, mut options) = self.vibrometer.file(&seen, trigger, random);
+        options.drive_frequency = options.drive_frequency.or(Some(drive.frequency));
+        let [horn_name, name] = NAMES.map(Path::new);
+        let record = read_record_bytes(name, &bytes, Some(RecordKind::Vibrometer), &options)?;
+        let mut bench = self.bench_of(experiment);
+        bench.overrides.extend(experiment.told.iter().cloned());
         if let (Some(horn), Some(recorded)) = (&self.horn, &self.bench.drive) {
             let (motion, origin) = (drive.motion(1.0), recorded.motion.origin);
-            let count = ((horn.record().series.end() - origin + MARGIN) / velocity.step).ceil() as usize;
+            let count = ((horn.record.series.end() - origin + MARGIN) / velocity.step).ceil() as usize;
             let at = |index: usize| motion.at(index as f64 * velocity.step);
             let seen = (0..count).map(|index| if horn.sees_velocity() { at(index).1 } else { at(index).0 }).collect();
             let motion = horn.at_rest_before(&Series::new(0.0, velocity.step, seen), origin);
             let (bytes, options) = horn.file(&motion, origin, random);
-            fs::write(&horn_file, bytes)?;
-            bench.drive = Some(RecordedDrive::read_at_plateau(&horn_file, &options).map_err(Refusal::from)?);
+            bench.drive = Some(RecordedDrive::of_bytes_at_plateau(horn_name, &bytes, &options)?);
         }
         let seed = self.plan.seed.unwrap_or_default().wrapping_add(APART * (made.number + 1));
-        let damping = self.plan.damping.clone().filter(|_| on.0.wrong.is_none());
+        let damping = self.plan.damping.clone().filter(|_| experiment.wrong.is_none());
         let definition = Plan { seed: Some(seed), damping, ..self.plan.clone() };
-        let source = Source::File(file, Box::new(options));
+        let source = Source::Record(Box::new(record), Box::new(options));
         let problem = Problem::of(&definition, vec![RecordedRunPlan { source, bench, origin: None }])?;
         let law = &self.fitted.candidate.law;
         let candidate = problem.candidates.iter().find(|it| it.law == *law).unwrap_or(&problem.candidates[0]);
-        if on.0.wrong.is_none() {
+        if experiment.wrong.is_none() {
             let deviation = |it: &Estimate| 0.5 * (it.high / it.low).ln() / QUANTILE;
             let deviations: Vec<f64> = self.fitted.fit.estimates.iter().map(deviation).collect();
-            made.bound = problem.bound(candidate, on.1, (&truth.values, &deviations));
+            made.bound = problem.bound(candidate, bodies, (&values, &deviations));
         }
         // Where the waveform does not decide, the bound says nothing of a fit.
         if !plan.fits && made.bound.as_ref().is_some_and(|bound| bound.decides) {
             return Ok(());
         }
         let stop = self.stop;
-        let fitted =
-            problem.fit(Schedule { bodies: on.1, watch: Arc::new(move |_| !stop()), ..Schedule::default() })?;
+        let fitted = problem.fit(Schedule { bodies, watch: Arc::new(move |_| !stop()), ..Schedule::default() })?;
         let (best, own) = (fitted.best(), fitted.candidates.iter().find(|it| it.candidate.law == *law));
         let fit = &own.unwrap_or(best).fit;
         let rank = |(d, value): (usize, &f64)| fit.posterior.rank(d, fit.parameters[d].coordinate(*value));
@@ -350,7 +314,7 @@ impl OwnBench {
             verdict: best.fit.verdict,
             p_value: best.fit.agreement.p,
             estimates: fit.estimates.clone(),
-            ranks: truth.values.iter().enumerate().filter(|_| on.0.wrong.is_none()).map(rank).collect(),
+            ranks: values.iter().enumerate().filter(|_| experiment.wrong.is_none()).map(rank).collect(),
         }));
         Ok(())
     }

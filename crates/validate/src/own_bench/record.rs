@@ -19,7 +19,7 @@ use granchain_signal::{
 /// The instrument of one measured record.
 #[derive(Debug)]
 pub(super) struct Instrument {
-    record: Record,
+    pub record: Record,
     /// σ of the white noise of a sample, and 1/f part: density times frequency; units of the recorded quantity.
     white: f64,
     flicker: f64,
@@ -36,10 +36,6 @@ impl Instrument {
         let rounding = record.quantisation_step.map_or(0.0, |step| step * step / 12.0);
         let (white, flicker) = ((white - rounding).max(0.0).sqrt(), spectrum.map_or(0.0, |spectrum| spectrum.flicker));
         Self { record, white, flicker }
-    }
-
-    pub fn record(&self) -> &Record {
-        &self.record
     }
 
     /// Whether it recorded a velocity.
