@@ -70,7 +70,7 @@ pub struct Arguments {
     /// Without --count and --wrong nothing is fitted: expected interval widths, in seconds
     #[arg(long, value_name = "KEY=VALUES", value_parser = axis, requires = "plan")]
     pub vary: Vec<Axis>,
-    /// Also tell fits something wrong of the bench (support, beads, damping law, first gap, radius): how often do they find it
+    /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
     #[arg(long, requires = "plan")]
     pub wrong: bool,
     /// Number of synthetic records for each scenario or experiment, or number of benches if no scenario is given [default: 8]

@@ -258,7 +258,7 @@ pub(super) fn fit_levels(
 }
 
 impl Problem {
-    /// What the waveforms of its records can say of a candidate's parameters at these values (SI), from some 750 runs of the chain and without a fit;
+    /// What the waveforms of its records can say of a candidate's parameters at these values (SI), from some 950 runs of the chain and without a fit;
     /// `None` where they cannot be compared by their waveform. `deviations`: a first guess of the standard deviations, ln.
     #[must_use]
     pub fn bound(

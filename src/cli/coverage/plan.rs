@@ -34,7 +34,13 @@ const LEVEL: &str = "drive";
 /// The experiments of a grid; the bench as it was recorded without one.
 fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
     if axes.is_empty() {
-        return Ok(vec![Experiment { name: "as recorded".into(), level: 1.0, set: vec![], told: vec![], wrong: None }]);
+        return Ok(vec![Experiment {
+            name: "as recorded".into(),
+            level: 1.0,
+            set: vec![],
+            misstated: vec![],
+            wrong: None,
+        }]);
     }
     let grid = Grid::new(axes)?;
     let experiment = |index: usize| {
@@ -52,7 +58,7 @@ fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
                 value => set.push(format!("{}={value}", axis.key)),
             }
         }
-        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, told: vec![], wrong: None })
+        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, misstated: vec![], wrong: None })
     };
     (0..grid.len()).map(experiment).collect()
 }
@@ -88,7 +94,7 @@ impl Study {
             problem.lead().bench.scene_with(&experiment.set)?;
         }
         if wrong {
-            let both = |it: Experiment| [it.told_wrong(&problem), vec![it]].into_iter().rev().flatten();
+            let both = |it: Experiment| [it.with_wrong_benches(&problem), vec![it]].into_iter().rev().flatten();
             experiments = experiments.into_iter().flat_map(both).collect();
         }
         let count = count.unwrap_or(if fits { COUNT } else { BOUNDED });

@@ -257,7 +257,7 @@ impl Rounds {
     /// The bound of [`Ensemble::bound`] about the point where the rounds begin, with its factor: the spread of the runs follows it.
     pub fn bound(mut self) -> Option<(Self, Solution, f64)> {
         let (mut bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;
-        while self.rounds + 1 < FEWEST {
+        while self.rounds < FEWEST {
             self.rounds += 1;
             self.aim(&bound, false);
             (bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;

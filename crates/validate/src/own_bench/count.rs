@@ -41,7 +41,7 @@ pub struct ParameterCoverage {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentCount {
     pub name: String,
-    /// What is wrong in what the fit is told.
+    /// What is wrong in the bench of the fit.
     pub wrong: Option<String>,
     pub records: usize,
     pub fits: usize,
@@ -73,7 +73,7 @@ impl OwnCount {
         Self(plan.experiments.iter().enumerate().map(of).collect())
     }
 
-    /// The experiments on benches that fits are told rightly.
+    /// The experiments on the right bench.
     pub fn right(&self) -> impl Iterator<Item = &ExperimentCount> {
         self.0.iter().filter(|experiment| experiment.wrong.is_none())
     }

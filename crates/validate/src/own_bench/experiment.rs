@@ -1,4 +1,4 @@
-//! Experiments on a bench, as recorded, or planned; and fits that are told something wrong of them.
+//! Experiments on a bench, as recorded, or planned; and fits on a wrong bench.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +12,8 @@ pub struct Experiment {
     pub level: f64,
     /// Overrides of the scene, of truth and fit alike.
     pub set: Vec<String>,
-    /// Further overrides that the fit alone is told, and what is wrong with them.
-    pub told: Vec<String>,
+    /// Further overrides of the fit alone, and what is wrong with them.
+    pub misstated: Vec<String>,
     pub wrong: Option<String>,
 }
 
@@ -42,10 +42,10 @@ impl OwnPlan {
 }
 
 impl Experiment {
-    /// The same with fits that are told what is often wrong: support stiffness ±30 %, a bead, the damping law, a first gap of 20 nm, bead radius ±5 %; as
+    /// The same with what is often wrong in the bench of the fit: support stiffness ±30 %, a bead, the damping law, a first gap of 20 nm, bead radius ±5 %; as
     /// far as the bench can have it and the fit does not look for it.
     #[must_use]
-    pub fn told_wrong(&self, problem: &Problem) -> Vec<Self> {
+    pub fn with_wrong_benches(&self, problem: &Problem) -> Vec<Self> {
         let (bench, candidates) = (&problem.lead().bench, &problem.candidates);
         let Ok(scene) = bench.scene_with(&self.set) else { return vec![] };
         let (chain, beads) = (&scene.chain, scene.chain.beads.len());
@@ -75,9 +75,9 @@ impl Experiment {
             ("beads 5 % larger", Some(format!("chain.radius={}", 1.05 * radius))),
         ];
         let possible = |set: &String| bench.scene_with(&[&self.set[..], std::slice::from_ref(set)].concat()).is_ok();
-        let told = |(words, set): (&str, Option<String>)| {
-            Some(Self { told: vec![set.filter(possible)?], wrong: Some(words.into()), ..self.clone() })
+        let misstated = |(words, set): (&str, Option<String>)| {
+            Some(Self { misstated: vec![set.filter(possible)?], wrong: Some(words.into()), ..self.clone() })
         };
-        all.into_iter().filter_map(told).collect()
+        all.into_iter().filter_map(misstated).collect()
     }
 }

@@ -170,7 +170,7 @@ impl OwnBench {
         Err(OwnBenchError::Unsuitable { found })
     }
 
-    /// Make the records `part` of a plan; bound what they say, or fit them. `None` once the bench was told to stop.
+    /// Make the records `part` of a plan; bound what they say, or fit them. `None` once it is stopped.
     ///
     /// # Errors
     /// When the bodies of an experiment cannot be made ready.
@@ -182,10 +182,10 @@ impl OwnBench {
     ) -> Result<Option<Vec<OwnRecord>>, Refusal> {
         let above = self.fitted.candidate.scene().model.kind != ModelKind::Chain;
         let mut prepared: Vec<(&Experiment, Bodies)> = Vec::new();
-        let alike = |a: &Experiment, b: &Experiment| a.set == b.set && a.told == b.told;
+        let alike = |a: &Experiment, b: &Experiment| a.set == b.set && a.misstated == b.misstated;
         for experiment in part.clone().map(|point| plan.experiment(point).1).filter(|_| above) {
             if prepared.iter().all(|(other, _)| !alike(other, experiment)) {
-                let scene = self.bench_of(experiment).scene_with(&experiment.told)?;
+                let scene = self.bench_of(experiment).scene_with(&experiment.misstated)?;
                 prepared.push((experiment, Bodies::new(&scene, None)?));
             }
         }
@@ -279,7 +279,7 @@ impl OwnBench {
         let [horn_name, name] = NAMES.map(Path::new);
         let record = read_record_bytes(name, &bytes, Some(RecordKind::Vibrometer), &options)?;
         let mut bench = self.bench_of(experiment);
-        bench.overrides.extend(experiment.told.iter().cloned());
+        bench.overrides.extend(experiment.misstated.iter().cloned());
         if let (Some(horn), Some(recorded)) = (&self.horn, &self.bench.drive) {
             let (motion, origin) = (drive.motion(1.0), recorded.motion.origin);
             let count = ((horn.record.series.end() - origin + MARGIN) / velocity.step).ceil() as usize;

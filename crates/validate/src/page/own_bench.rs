@@ -114,15 +114,16 @@ pub fn tables(plan: &OwnPlan, count: &OwnCount) -> Vec<Table> {
     let mut tables = vec![Table { caption, columns, rows: each.map(row).collect() }];
     if plan.fits {
         let row = |it: &ExperimentCount| {
-            let told = it.wrong.clone().unwrap_or_else(|| "the truth".into());
+            let bench = it.wrong.clone().unwrap_or_else(|| "right".into());
             let rejected = format!("{} of {}", it.rejected, it.fits + it.refused);
             let cycles = it.cycles.map_or("–".into(), |cycles| fixed(cycles, 0));
             let counts = [it.not_converged, it.refused].map(|count| count.to_string());
-            [vec![it.name.clone(), told, rejected, percent(it.rejection)], counts.to_vec(), vec![cycles]].concat()
+            [vec![it.name.clone(), bench, rejected, percent(it.rejection)], counts.to_vec(), vec![cycles]].concat()
         };
-        let mut columns = ["Experiment", "Fit is told", "Rejected", "95 % interval"].map(Column::words).to_vec();
+        let mut columns = ["Experiment", "Bench of the fit", "Rejected", "95 % interval"].map(Column::words).to_vec();
         columns.extend(["Not converged", "Refused", "Predictable cycles"].map(Column::numbers));
-        let caption = "Records that a fit does not explain by what it is told (p < 0.05, or refused); of the truth 5 % are expected".into();
+        let caption =
+            "Records that their fit rejects (p < 0.05) or refuses; on the right bench 5 % are expected".into();
         tables.push(Table { caption, columns, rows: count.0.iter().map(row).collect() });
     }
     tables
