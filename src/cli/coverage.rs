@@ -2,11 +2,12 @@
 //! the truth, how many right models are called wrong, how many wrong ones are named.
 
 mod bench;
+mod plan;
 
 use std::{
     fmt::Write,
     ops::Range,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
 };
 
@@ -22,12 +23,14 @@ use super::{
     output::{OutputFolder, page_results},
     parts::{self, Divisible, PartArguments, Parts},
     progress, summary,
+    sweep::axis,
     timing::{self, Timing},
 };
 use crate::{
     calibration::{plan::Likelihood, search::Search},
     report::page::Table,
     signal::closest,
+    study::Axis,
     validate::{
         laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryRecord, NAMES, Setting, laboratory},
         page::laboratory::{LaboratoryReport, tables},
@@ -39,8 +42,13 @@ const MOST: u64 = 1_000_000;
 
 const SUMMARY: &str = "coverage.json";
 
+/// Records where no number is given.
+const COUNT: u64 = 8;
+
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  granchain coverage --scenario pretrigger,bits --count 4 --out coverage")]
+#[command(after_help = "Examples:\n  granchain coverage --scenario pretrigger,bits --count 4 --out coverage\n  \
+                  granchain coverage --plan plan.toml --count 40 --out coverage\n  \
+                  granchain coverage --plan plan.toml --vary drive=0.4:1.6:0.4")]
 pub struct Arguments {
     /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; or names such as
     /// pretrigger,bits (list: docs/validation.md) [default: right]
@@ -55,15 +63,25 @@ pub struct Arguments {
     /// Parameters to fit, as with `calibrate --fit` (not with --scenario) [default: alpha,damping]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', conflicts_with = "scenario")]
     pub fit: Vec<String>,
-    /// Number of synthetic records for each scenario, or of benches, with --fit, --quantity or --records
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole(1_u64, Some(MOST)))]
-    pub count: u64,
+    /// Plan (TOML) of your own record: its bench, with true values drawn from the posterior of its fit
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "quantity", "records", "fit", "mesh_density", "keep_records"])]
+    pub plan: Option<PathBuf>,
+    /// Experiments to plan: values of a scene key, KEY=START:STOP:STEP or KEY=A,B,C, or factors on the recorded horn motion, drive=0.4:1.6:0.4.
+    /// Without --count and --wrong nothing is fitted: expected interval widths, in seconds
+    #[arg(long, value_name = "KEY=VALUES", value_parser = axis, requires = "plan")]
+    pub vary: Vec<Axis>,
+    /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
+    #[arg(long, requires = "plan")]
+    pub wrong: bool,
+    /// Number of synthetic records for each scenario or experiment, or of benches, with --fit, --quantity or --records [default: 8]
+    #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
+    pub count: Option<u64>,
     /// Number of runs of the chain in each fit [default: as calibrate]
     #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)))]
     pub evaluations: Option<u32>,
-    /// Model that simulates the records (with finer steps) and also fits them
-    #[arg(long, value_enum, default_value = "chain")]
-    pub model: RecordModel,
+    /// Model that simulates the records (with finer steps) and also fits them [default: chain; with --plan as calibrate]
+    #[arg(long, value_enum)]
+    pub model: Option<RecordModel>,
     /// Compare peaks and bands only, not every sample (`likelihood = "amplitudes"` in a plan)
     #[arg(long)]
     pub amplitudes: bool,
@@ -112,11 +130,26 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return bench::execute(&arguments);
     }
     let (part, keep_records, session) = (arguments.part.part, arguments.keep_records, arguments.session.clone());
+    if let Some(path) = arguments.plan.clone() {
+        let study = plan::Study::new(&path, arguments, super::typed().skip(1))?;
+        return match part {
+            Some(part) => parts::write(part, &study, &session),
+            None => study.run_here(),
+        };
+    }
     let study = Study::new(arguments)?;
     match part {
         Some(part) => parts::write(part, &study, &session),
         None => study.run_here(keep_records),
     }
+}
+
+/// The study that the arguments of parts ask for.
+pub(super) fn divisible(arguments: Arguments, typed: &[String]) -> anyhow::Result<Box<dyn Divisible>> {
+    Ok(match arguments.plan.clone() {
+        Some(path) => Box::new(plan::Study::new(&path, arguments, typed.iter().cloned())?),
+        None => Box::new(Study::new(arguments)?),
+    })
 }
 
 /// The scenarios that `all`, `right`, `wrong` and names stand for, each once, in the order of the table.
@@ -142,7 +175,7 @@ fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
 }
 
 /// Synthetic records to be made, fitted and counted.
-pub(super) struct Study {
+struct Study {
     plan: LaboratoryPlan,
     output: OutputArguments,
     session: Session,
@@ -153,12 +186,13 @@ impl Study {
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
         let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, session, .. } =
             arguments;
+        let model = model.unwrap_or(RecordModel::Chain);
         if mesh_density.is_some() && model == RecordModel::Chain {
             return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
         }
         let plan = LaboratoryPlan {
             conditions: scenarios(&scenario)?,
-            count,
+            count: count.unwrap_or(COUNT),
             seed: session.seed(),
             evaluations: evaluations.map_or(Search::tested(2), |runs| runs as usize),
             model: model.kind().into(),

@@ -242,7 +242,7 @@ fn divisible(
     }
     match command {
         Command::Sweep(flags) => Ok(Box::new(sweep::Study::new(flags)?)),
-        Command::Coverage(flags) => Ok(Box::new(coverage::Study::new(flags)?)),
+        Command::Coverage(flags) => coverage::divisible(flags, arguments),
         _ => {
             let found = arguments.first().map_or("nothing", String::as_str);
             anyhow::bail!("expected the arguments of sweep or coverage, found `{found}`")

@@ -67,7 +67,7 @@ pub struct Arguments {
     pub session: Session,
 }
 
-fn axis(text: &str) -> Result<Axis, GridError> {
+pub(super) fn axis(text: &str) -> Result<Axis, GridError> {
     Axis::parse(text)
 }
 

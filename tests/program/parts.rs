@@ -287,6 +287,39 @@ fn coverage_is_the_same_in_parts() {
     same_in_parts(&[&scenarios[..], &["--evaluations", "200", "--seed", "4"]].concat(), 2);
 }
 
+#[test]
+fn coverage_of_ones_own_bench_is_the_same_in_parts_and_its_intervals_are_as_wide_as_expected() {
+    let place = tempfile::tempdir().unwrap();
+    let twin = Path::new(env!("CARGO_MANIFEST_DIR")).join("measurements/twin-annulus/vib.csv");
+    let plan = |name: &str, beads: u32| {
+        let text = format!("measured = '{}'\nset = ['chain.beads={beads}', 'model.kind=chain']\n", twin.display());
+        fs::write(place.path().join(name), text).unwrap();
+        place.path().join(name).display().to_string()
+    };
+    let (six, five) = (plan("six.toml", 6), plan("five.toml", 5));
+    let own = ["coverage", "--plan", &six, "--vary", "drive=0.8,1.2", "--evaluations", "200"];
+    same_in_parts(&[&own[..], &["--count", "1"]].concat(), 2);
+    let counted = |more: &[&str]| -> Value {
+        let (code, out, error) = granchain(place.path(), &[&own[..], more, &["--quiet", "--json"]].concat());
+        assert_eq!(code, 0, "{error}");
+        serde_json::from_str(&out).unwrap()
+    };
+    let (quick, full) = (counted(&[]), counted(&["--count", "2", "--seed", "5"]));
+    for (experiment, parameter) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let width = |of: &Value, key: &str| of["count"][experiment]["parameters"][parameter][key].as_f64();
+        let (expected, fitted) = (width(&quick, "expected_width").unwrap(), width(&full, "fitted_width").unwrap());
+        assert!((0.8..1.25).contains(&(expected / fitted)), "{experiment} {parameter}: {expected} {fitted}");
+        // A factor of 1.05 and the runs' own differences lie between a fit and the bound; the drive level is in both.
+        assert!(
+            (0.9..1.25).contains(&width(&full, "width_over_bound").unwrap()) && width(&quick, "fitted_width").is_none()
+        );
+    }
+    refused(place.path(), &["coverage", "--plan", &five, "--count", "1"], &["the plan's own fit is `outside scatter`"]);
+    for wrong in [&["--vary", "drive=0,1", "--plan", &six][..], &["--vary", "drive=1"], &["--wrong"]] {
+        assert_eq!(granchain(place.path(), &[&["coverage"], wrong].concat()).0, 2, "{wrong:?}");
+    }
+}
+
 /// Largest memory of a process, kB.
 #[cfg(target_os = "linux")]
 fn peak_kb(folder: &Path, arguments: &[&str]) -> u64 {

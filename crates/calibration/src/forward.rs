@@ -362,7 +362,7 @@ impl Forward {
     }
 
     /// A point of the box with nuisances drawn from `random`.
-    pub(super) fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
+    pub fn variation(&self, at: &[f64], random: &mut ChaCha8Rng) -> Variation {
         self.drawn(at, random).variation
     }
 

@@ -24,7 +24,7 @@ use super::{
     refusal::Refusal,
     run_store::RunFile,
     search::Search,
-    waveform::{self, Compared, QUANTILE},
+    waveform::{self, Compared, QUANTILE, WaveformBound},
 };
 
 /// Saved state of one candidate.
@@ -255,6 +255,26 @@ pub(super) fn fit_levels(
         }
     }
     Ok(FittedLevels { made, fit: Ok(fit), searching, correcting, warnings })
+}
+
+impl Problem {
+    /// What the waveforms of its records can say of a candidate's parameters at these values (SI), from some 950 runs of the chain and without a fit;
+    /// `None` where they cannot be compared by their waveform. `deviations`: a first guess of the standard deviations, ln.
+    #[must_use]
+    pub fn bound(
+        &self,
+        candidate: &Candidate,
+        bodies: Option<&Bodies>,
+        (values, deviations): (&[f64], &[f64]),
+    ) -> Option<WaveformBound> {
+        let watch: Arc<Watch> = Arc::new(|_| true);
+        let joint = joint(self, candidate, bodies, &watch).ok()?;
+        let each = self.recorded_runs.iter().zip(joint.records());
+        let compared =
+            each.map(|(recorded_run, forward)| compared(recorded_run, forward)).collect::<Option<Vec<_>>>()?;
+        let at: Vec<f64> = candidate.parameters.iter().zip(values).map(|(it, value)| it.coordinate(*value)).collect();
+        waveform::bound(compared, &at, deviations, self.seed)
+    }
 }
 
 /// The waveform of a record with what makes its runs; `None` where it has none.

@@ -50,7 +50,7 @@ impl Target {
     /// Whether it is proportional to a force at a given motion (stiffness, damping, mass of the horn), so that a record determines it over the beads'
     /// mass only.
     #[must_use]
-    pub(crate) fn is_force(self) -> bool {
+    pub fn is_force(self) -> bool {
         !matches!(self, Self::Alpha | Self::Gap | Self::Bandwidth | Self::SupportLoss | Self::PlateThickness)
     }
 }

@@ -221,6 +221,17 @@ impl Posterior {
         self.high[d]
     }
 
+    /// Marginal probability below `u` of coordinate `d`: of a true value uniform over many records (probability integral transform).
+    #[must_use]
+    pub fn rank(&self, d: usize, u: f64) -> f64 {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if self.quantile(d, middle) < u { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+
     fn quantile_of_centres(&self, d: usize, probability: f64) -> f64 {
         let filled = self.mass.iter().enumerate().filter(|(_, mass)| **mass > 0.0);
         let mut points: Vec<(f64, f64)> = filled.map(|(index, mass)| (self.centre(index)[d], *mass)).collect();
@@ -396,6 +407,7 @@ mod tests {
         // Half a cell is 0.00625; a normal's 95 % quantile lies 1.6449 σ above its mean.
         assert!((posterior.quantile(0, 0.95) - (0.5 + 0.16449)).abs() < 2e-3);
         assert!((posterior.quantile(1, 0.5) - 0.4).abs() < 1e-3);
+        assert!((posterior.rank(0, posterior.quantile(0, 0.95)) - 0.95).abs() < 1e-9 && posterior.rank(1, 0.9) > 0.999);
         assert!((posterior.correlation(0, 1) - 0.8).abs() < 1e-2);
     }
 

@@ -5,6 +5,7 @@ pub mod convergence;
 pub mod effects;
 pub mod impact;
 pub mod laboratory;
+pub mod own_bench;
 pub mod page;
 pub mod stress;
 pub mod synthetic;

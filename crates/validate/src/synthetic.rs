@@ -374,7 +374,7 @@ pub fn proof(outcomes: &[SyntheticOutcome]) -> SyntheticCoverage {
     }
 }
 
-pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     match sorted.len() {

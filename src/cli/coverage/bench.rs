@@ -4,7 +4,7 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{Arguments, RecordModel, SUMMARY};
+use super::{Arguments, COUNT, RecordModel, SUMMARY};
 use crate::{
     calibration::{multi_record::TESTED_TOGETHER, parameter::Parameter, search::Search},
     cli::{
@@ -29,6 +29,7 @@ const DURATIONS: [&str; 2] = ["duration=900us", "duration=480us"];
 /// Make, fit and count the records.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { quantity, records, fit, count, evaluations, model, output, session, part, .. } = arguments;
+    let (count, model) = (&count.unwrap_or(COUNT), &model.unwrap_or(RecordModel::Chain));
     let pressure = *quantity == Some(QuantityChoice::Pressure);
     if let Some(unknown) = fit.iter().find(|name| !Parameter::names().contains(&name.as_str())) {
         return Err(usage(format!("--fit {unknown}: expected {}", Parameter::names().join(", "))));

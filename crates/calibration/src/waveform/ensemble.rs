@@ -181,6 +181,18 @@ fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..size).map(|i| (0..size).map(|j| inverse.as_ref().map_or(0.0, |m| m[(i, j)])).collect()).collect()
 }
 
+/// Factor on the standard deviations of an answer of which the runs' own differences cover that share.
+fn widening(covered: f64) -> f64 {
+    MARGIN / (1.0 - covered.min(MOST_COVERED))
+}
+
+/// Adds the entries `of` row and column to a square matrix.
+fn add(matrix: &mut [Vec<f64>], of: impl Fn(usize, usize) -> f64) {
+    for (i, row) in matrix.iter_mut().enumerate() {
+        row.iter_mut().enumerate().for_each(|(j, entry)| *entry += of(i, j));
+    }
+}
+
 /// z of L z = x, L lower triangular by its rows; `None` where it is singular.
 pub(super) fn solved(lower: &[Vec<f64>], x: &[f64]) -> Option<Vec<f64>> {
     let full = nalgebra::DMatrix::from_fn(x.len(), x.len(), |a, b| lower[a][b]);
@@ -334,18 +346,47 @@ impl Ensemble {
             result = Some((z, misfit, samples));
         }
         let (z, misfit, samples) = result?;
-        // The parameters' share of what the runs' own differences could as well explain.
-        let directions = compared
-            .iter()
-            .flatten()
-            .zip(regressions)
-            .map(|(within, regression)| within.covariance.directions(self.points.len()) / regression.freedom);
-        let covered = directions.fold(0.0, f64::max).min(MOST_COVERED);
-        let factor = (MARGIN / (1.0 - covered)).powi(2);
+        let covered =
+            compared.iter().flatten().zip(regressions).map(|(within, regression)| self.covered(within, regression));
+        let factor = widening(covered.fold(0.0, f64::max)).powi(2);
         let mut covariance = self.outside(&inverse(&misfit.information(&z)));
         covariance.iter_mut().flatten().for_each(|entry| *entry *= factor);
         let squares = misfit.squares(&z);
         Some(Solution { at: self.at(&z), z, covariance, squares, samples, placed: placed.to_vec() })
+    }
+
+    /// The parameters' share of what the runs' own differences could as well explain.
+    fn covered(&self, within: &Compared, regression: &Regression) -> f64 {
+        within.covariance.directions(self.points.len()) / regression.freedom
+    }
+
+    /// Cramér–Rao bound at the centre of the runs, (J' Σ⁻¹ J)⁻¹ in ln, for records that lie at `shifts`, as a [`Solution`] without misfit; and the
+    /// factor by which the standard deviations of an answer are larger. Values of the records are not used, only which samples are compared.
+    pub fn bound(&self, known: &Known, shifts: &[f64]) -> Option<(Solution, f64)> {
+        let dimension = self.dimension();
+        let mut information = vec![vec![0.0; dimension]; dimension];
+        let (mut placed, mut samples, mut covered) = (Vec::new(), 0.0, 0.0);
+        for (number, (regression, shift)) in self.regressions(known)?.iter().zip(shifts).enumerate() {
+            let window = Self::place(known, number, regression, *shift);
+            let rows = known.records[number].compared(&window).1;
+            if rows.len() < 2 * SAMPLES_PER_CYCLE {
+                return None;
+            }
+            samples += rows.len() as f64 * known.records[number].band;
+            let within = self.compared(known, number, regression, rows)?;
+            let slopes = within.others.as_ref().subcols(0, dimension);
+            let inner = within.covariance.inner(slopes, slopes);
+            add(&mut information, |a, b| inner[(a, b)]);
+            covered = f64::max(covered, self.covered(&within, regression));
+            placed.push(window);
+        }
+        if let Some(prior) = known.prior {
+            let last = &self.lower[dimension - 1];
+            add(&mut information, |a, b| last[a] * last[b] / (prior * prior));
+        }
+        let covariance = self.outside(&inverse(&information));
+        let (z, at) = (vec![0.0; dimension], self.centre.clone());
+        Some((Solution { z, at, covariance, squares: 0.0, samples, placed }, widening(covered)))
     }
 
     /// Runs by their misfit to the records over the windows, best first: z of each.
@@ -469,11 +510,7 @@ impl Ensemble {
             let mut information = vec![vec![0.0; self.dimension()]; self.dimension()];
             if let Some(prior) = known.prior {
                 let last = &self.lower[self.dimension() - 1];
-                for i in 0..last.len() {
-                    for j in 0..last.len() {
-                        information[i][j] += last[i] * last[j] / (prior * prior);
-                    }
-                }
+                add(&mut information, |i, j| last[i] * last[j] / (prior * prior));
             }
             for (number, regression) in regressions.iter().enumerate() {
                 let (record, placed) = (known.records[number], solution.placed[number]);
@@ -491,11 +528,7 @@ impl Ensemble {
                         *sum += inner[(run, runs + d)];
                     }
                 }
-                for i in 0..self.dimension() {
-                    for j in 0..self.dimension() {
-                        information[i][j] += inner[(runs + i, runs + j)];
-                    }
-                }
+                add(&mut information, |i, j| inner[(runs + i, runs + j)]);
             }
             let unit = inverse(&information);
             for (square, gradient) in sums {

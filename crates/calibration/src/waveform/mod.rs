@@ -26,7 +26,7 @@ pub use self::residual::Residual;
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 use self::{
     record::RecordTrace,
-    rounds::Rounds,
+    rounds::{Answer, Rounds},
     source::{Source, Sources},
     start::Start,
 };
@@ -109,7 +109,7 @@ const NEAR: f64 = 1.5;
 const BETWEEN: u64 = 1 << 20;
 
 /// 95 % quantile of the standard normal distribution.
-pub(crate) const QUANTILE: f64 = 1.644_853_627;
+pub const QUANTILE: f64 = 1.644_853_627;
 
 /// Smallest p at which crosstalk is told from a wrong model.
 const FITS: f64 = 0.01;
@@ -240,6 +240,35 @@ fn better(first: Option<WaveformFit>, again: Option<WaveformFit>) -> Option<Wave
     }
 }
 
+/// What the waveforms of these records can say of the parameters, before any fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WaveformBound {
+    /// Cramér–Rao bound: the least covariance of ln of the parameters, with what is not known of drive level and mass.
+    pub bound: Vec<Vec<f64>>,
+    /// Covariance that a fit is expected to quote.
+    pub expected: Vec<Vec<f64>>,
+    /// Predictable cycles after the onset.
+    pub cycles: f64,
+    /// Whether the waveform is expected to decide ([`WaveformFit::decides`]).
+    pub decides: bool,
+}
+
+/// The bound at a point (unit coordinates), from runs of the chain about it: C = (J' Σ⁻¹ J)⁻¹, J the derivative of the mean trace, Σ the covariance
+/// of the likelihood (run-to-run differences, noise, instrument). Of a record only noise, length and position are used. `deviations`: a first guess
+/// of the standard deviations, ln.
+pub(crate) fn bound(records: Vec<Compared>, at: &[f64], deviations: &[f64], seed: u64) -> Option<WaveformBound> {
+    let sources = Sources::new(records.into_iter().map(|compared| source(compared, None)).collect::<Option<Vec<_>>>()?);
+    let start = start::about(&sources, at, deviations).placed(&sources, seed)?;
+    let (rounds, bound, factor) = Rounds::about(sources, start, seed).bound()?;
+    let of = |factor: f64| {
+        let mut solution = bound.clone();
+        solution.covariance.iter_mut().flatten().for_each(|entry| *entry *= factor * factor);
+        fit_of(&rounds, Answer { solution, p: 1.0, residuals: vec![], mesh: None })
+    };
+    let (bound, expected) = (of(1.0).covariance, of(factor));
+    Some(WaveformBound { bound, decides: expected.decides(), cycles: expected.cycles, expected: expected.covariance })
+}
+
 /// A record that can be compared, with what makes its runs.
 fn source(compared: Compared, above: Option<FidelityLevel>) -> Option<Source> {
     let comparison = &compared.forward.comparison;
@@ -259,7 +288,10 @@ fn run(rounds: Rounds) -> Option<Rounds> {
 
 /// What rounds that have ended say.
 fn said(rounds: &Rounds) -> Option<WaveformFit> {
-    let answer = rounds.answer()?;
+    Some(fit_of(rounds, rounds.answer()?))
+}
+
+fn fit_of(rounds: &Rounds, answer: Answer) -> WaveformFit {
     let sources = &rounds.sources;
     let solution = answer.solution;
     let forward = &sources.records[0].forward;
@@ -287,7 +319,7 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         (placed.predictable as f64 - onset) / SAMPLES_PER_CYCLE as f64
     };
     let cycles = solution.placed.iter().zip(&sources.records).map(cycles).fold(0.0, f64::max);
-    Some(WaveformFit {
+    WaveformFit {
         at: sources.unit(&at),
         covariance,
         product,
@@ -304,5 +336,5 @@ fn said(rounds: &Rounds) -> Option<WaveformFit> {
         residuals: answer.residuals,
         pairs: Vec::new(),
         mesh: answer.mesh,
-    })
+    }
 }

@@ -261,6 +261,21 @@ impl Rounds {
         Some(())
     }
 
+    /// The bound of [`Ensemble::bound`] about the point where the rounds begin, with its factor: the spread of the runs follows it.
+    pub fn bound(mut self) -> Option<(Self, Solution, f64)> {
+        let (mut bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;
+        while self.rounds < FEWEST {
+            self.rounds += 1;
+            self.aim(&bound, false);
+            (bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;
+        }
+        let finer = self.sources.finer(self.runs, &bound.at).0;
+        let longest = |record: usize| finer.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
+        let pooled = self.near(&bound, MOST_TOGETHER, &longest)?;
+        let (bound, factor) = pooled.bound(&Known { correction: finer.clone(), ..self.known() }, &self.shifts)?;
+        Some((self, bound, factor))
+    }
+
     /// Leaves out undetected drop-outs of records that have drop-outs, as long as this helps; returns the solution
     /// without them.
     fn clean(&mut self, ensemble: &Ensemble, mut solution: Solution, shorten: bool) -> Option<Solution> {

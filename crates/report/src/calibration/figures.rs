@@ -62,8 +62,7 @@ pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
     let shown = farthest.min(FARTHEST_PULL);
     let ends = 1.08 * shown;
     let y = Axis::new("Fitted feature", "").range(0.0, count as f64 + 1.0).named_ticks(names);
-    let mut panel =
-        Panel::new(Axis::new("(model − record) / SD with model error", "1").range(-ends, ends), y);
+    let mut panel = Panel::new(Axis::new("(model − record) / SD with model error", "1").range(-ends, ends), y);
     let height = count as f64 + 1.0;
     for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
         let corners = vec![(-half, 0.0), (half, 0.0), (half, height), (-half, height)];

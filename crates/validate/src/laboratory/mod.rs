@@ -10,7 +10,7 @@
 mod condition;
 mod count;
 mod instrument;
-mod record;
+pub(crate) mod record;
 
 pub use condition::{Condition, Expected, Setting};
 pub use count::{LaboratoryCount, ParameterCount, Tally, WrongTally, wilson};
@@ -53,7 +53,7 @@ const SCENE: &str = "annulus";
 pub const NAMES: [&str; 2] = ["horn_tip.csv", "vib.csv"];
 
 /// Mesh of a truth over that of its fit; a fit measures its own error on one 1.5 times as dense.
-const FINER: f64 = 1.75;
+pub(crate) const FINER: f64 = 1.75;
 
 /// What is to be made and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

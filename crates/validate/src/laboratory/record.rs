@@ -26,10 +26,10 @@ use granchain_signal::{
 };
 
 /// Samples a drive period of the truth: a whole number, so that periods are compared sample by sample.
-const FINE: usize = 256;
+pub(crate) const FINE: usize = 256;
 
 /// Simulated beyond both ends of a record, s: room for filters and triggers.
-const MARGIN: f64 = 30e-6;
+pub(crate) const MARGIN: f64 = 30e-6;
 
 /// Periods of the drive over which a motion is asked for its own period.
 const LATE: usize = 12;
@@ -38,7 +38,7 @@ const LATE: usize = 12;
 const ALIKE: f64 = 0.15;
 
 /// Cutoff of an oscilloscope's anti-alias filter over the sample rate.
-const ANTI_ALIAS: f64 = 0.45;
+pub(crate) const ANTI_ALIAS: f64 = 0.45;
 
 /// How a truth moves once the drive has been on for a while.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -139,23 +139,23 @@ fn driven(scene: Scene, lab: &Laboratory) -> Scene {
     scene.with_continued_record(displacement, until, vec![], frequency, None)
 }
 
-/// What the bead does in one shot, or in the mean of several, each with gaps of its own.
-fn shots(
+/// What the bead does in one shot, or in the mean of several, each with gaps (half-normal, of this scale in m) of its own and this jitter (s).
+pub(crate) fn shots(
     truth: &Scene,
-    lab: &Laboratory,
+    (averages, scale): (Option<(usize, f64)>, f64),
     random: &mut ChaCha8Rng,
-    run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
+    run: &dyn Fn(&Scene) -> Result<Series, ModelError>,
 ) -> Result<Series, ModelError> {
-    let mut mean = run(truth)?.observed_velocity().clone();
-    let Some((count, jitter)) = lab.averages else { return Ok(mean) };
+    let mut mean = run(truth)?;
+    let Some((count, jitter)) = averages else { return Ok(mean) };
     for _ in 1..count {
         let mut scene = truth.clone();
         scene.chain.gaps.iter_mut().for_each(|gap| {
             let normal: f64 = StandardNormal.sample(random);
-            *gap = GAP * normal.abs();
+            *gap = scale * normal.abs();
         });
         let late: f64 = StandardNormal.sample(random);
-        let shot = Spline::new(run(&scene)?.observed_velocity(), Ends::Natural);
+        let shot = Spline::new(&run(&scene)?, Ends::Natural);
         let (start, step, end) = (mean.start, mean.step, mean.end());
         for (index, value) in mean.values.iter_mut().enumerate() {
             *value += shot.at((start + index as f64 * step - jitter * late).clamp(start, end)).0;
@@ -176,7 +176,7 @@ pub fn files(
 ) -> Result<Files, ModelError> {
     let lab = &setting.laboratory;
     let frequency = truth.drive.frequency;
-    let velocity = shots(truth, lab, random, run)?;
+    let velocity = shots(truth, (lab.averages, GAP), random, &|scene| Ok(run(scene)?.observed_velocity().clone()))?;
     // The middle of a Gaussian burst, else its end; of a record that was cut, the cut.
     let (_, end) = truth.drive.burst();
     let end = if setting.drive == "gaussian-burst" { 0.5 * end + LATE as f64 / 2.0 / frequency } else { end };
@@ -441,7 +441,7 @@ fn causal(series: &Series, shape: CausalFilter, bandwidth: f64) -> Series {
 }
 
 /// A file in µs and `unit`: six digits below its peak.
-fn csv(series: &Series, later: f64, (factor, column): (f64, &str), head: &[String]) -> Vec<u8> {
+pub(crate) fn csv(series: &Series, later: f64, (factor, column): (f64, &str), head: &[String]) -> Vec<u8> {
     let peak = (factor * series.peak()).max(f64::MIN_POSITIVE);
     let digits = (6 - peak.log10().floor() as i32).clamp(2, 12) as usize;
     let mut text: String = head.iter().map(|line| format!("# {line}\n")).collect();

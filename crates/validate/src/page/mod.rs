@@ -3,3 +3,4 @@
 pub mod accuracy;
 pub mod effects;
 pub mod laboratory;
+pub mod own_bench;

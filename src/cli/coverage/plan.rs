@@ -1,0 +1,170 @@
+//! Coverage on the user's own bench, and expected interval widths of experiments not yet made: `--plan`, `--vary`, `--wrong`.
+
+use std::{ops::Range, path::Path};
+
+use serde_json::{Value, json};
+
+use super::{Arguments, COUNT, RecordModel, SUMMARY, aligned};
+use crate::{
+    calibration::{Plan, Problem, plan::Likelihood, problem::DEFAULT_SEED},
+    cli::{
+        Outcome,
+        arguments::{OutputArguments, Session, usage},
+        calibrate::{definition::refused, manifest},
+        interrupt::{self, Interrupted},
+        output::page_results,
+        parts::{self, Divisible, Parts},
+        progress, summary,
+        timing::{self, Timing},
+    },
+    measurement::shell_line,
+    study::{Axis, Grid, Value as AxisValue},
+    validate::{
+        own_bench::{Experiment, OwnBench, OwnCount, OwnPlan, OwnRecord},
+        page::own_bench::{files, sentences, tables},
+    },
+};
+
+/// Records of each experiment that is bounded and not fitted.
+const BOUNDED: u64 = 3;
+
+/// The axis of `--vary` that is no key of a scene: a factor on the horn's motion.
+const LEVEL: &str = "drive";
+
+/// The experiments of a grid; the bench as it was recorded without one.
+fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
+    if axes.is_empty() {
+        return Ok(vec![Experiment {
+            name: "as recorded".into(),
+            level: 1.0,
+            set: vec![],
+            misstated: vec![],
+            wrong: None,
+        }]);
+    }
+    let grid = Grid::new(axes)?;
+    let experiment = |index: usize| {
+        let (mut level, mut set) = (1.0, Vec::new());
+        for (axis, value) in grid.axes.iter().zip(grid.values(index)) {
+            match value {
+                AxisValue::Number(factor) if axis.key == LEVEL && *factor > 0.0 && axis.unit.is_empty() => {
+                    level = *factor
+                }
+                _ if axis.key == LEVEL => {
+                    return Err(usage(format!(
+                        "--vary {LEVEL}: expected positive factors on the recorded horn motion, such as {LEVEL}=0.4:1.6:0.4, found `{value}`"
+                    )));
+                }
+                value => set.push(format!("{}={value}", axis.key)),
+            }
+        }
+        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, misstated: vec![], wrong: None })
+    };
+    (0..grid.len()).map(experiment).collect()
+}
+
+/// A plan whose bench is to be studied.
+pub struct Study {
+    plan: Plan,
+    /// The arguments that make it again.
+    words: Vec<String>,
+    problem: Problem,
+    own: OwnPlan,
+    output: OutputArguments,
+    session: Session,
+    timing: Timing,
+}
+
+impl Study {
+    /// Read what the plan `path` names; `typed` is the command line.
+    pub fn new(path: &Path, arguments: Arguments, typed: impl Iterator<Item = String>) -> anyhow::Result<Self> {
+        let Arguments { vary, wrong, count, evaluations, model, amplitudes, output, session, .. } = arguments;
+        let timing = Timing::start();
+        let fits = vary.is_empty() || wrong || count.is_some();
+        let mut plan = Plan::read(path)?;
+        // The chain alone says what the waveform bounds.
+        let model = model.or((!fits).then_some(RecordModel::Chain));
+        plan.set.extend(model.map(|model| format!("model.kind={}", model.kind())));
+        plan.evaluations = evaluations.map(|runs| runs as usize).or(plan.evaluations);
+        plan.seed = session.seed.or(plan.seed).or(Some(DEFAULT_SEED));
+        plan.likelihood = amplitudes.then_some(Likelihood::Amplitudes).or(plan.likelihood);
+        let problem = Problem::read(&plan).map_err(refused)?;
+        let mut experiments = experiments(vary)?;
+        for experiment in &experiments {
+            problem.lead().bench.scene_with(&experiment.set)?;
+        }
+        if wrong {
+            let both = |it: Experiment| [it.with_wrong_benches(&problem), vec![it]].into_iter().rev().flatten();
+            experiments = experiments.into_iter().flat_map(both).collect();
+        }
+        let count = count.unwrap_or(if fits { COUNT } else { BOUNDED });
+        let own = OwnPlan { experiments, count, seed: session.seed(), fits };
+        Ok(Self { plan, words: manifest::typed(typed), problem, own, output, session, timing })
+    }
+
+    fn records(&self, part: Range<usize>) -> anyhow::Result<Vec<OwnRecord>> {
+        let bench = OwnBench::fit(self.plan.clone(), &self.problem, &interrupt::requested)?.ok_or(Interrupted)?;
+        let bar = progress::bar(&self.session, part.len() as u64, "records");
+        let records = bench.records(&self.own, part, &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        Ok(records.ok_or(Interrupted)?)
+    }
+
+    pub fn run_here(mut self) -> anyhow::Result<Outcome> {
+        let records = self.records(0..self.own.total())?;
+        self.timing.stage("records");
+        self.conclude(&records)
+    }
+
+    fn conclude(mut self, records: &[OwnRecord]) -> anyhow::Result<Outcome> {
+        let folder = self.output.stage(&page_results(SUMMARY))?;
+        let Self { plan, words, problem, own, session, timing, .. } = &mut self;
+        let (count, model) = (OwnCount::of(own, records), problem.model());
+        let summary = json!({
+            "program": summary::program(), "plan": plan, "model": model, "study": own, "count": count, "records": records
+        });
+        for it in &count.0 {
+            let why = it.refusal.iter().filter(|_| it.wrong.is_none());
+            why.for_each(|why| {
+                session.note(format_args!("warning: {}: {} records without a fit: {why}", it.name, it.refused))
+            });
+        }
+        if let Some(folder) = folder {
+            folder.write(SUMMARY, summary::json(&summary)?)?;
+            let facts = [("version", env!("CARGO_PKG_VERSION").to_owned()), ("seed", own.seed.to_string())];
+            let command_line = shell_line(["granchain"].into_iter().chain(words.iter().map(String::as_str)));
+            let facts = facts.map(|(name, value)| (name.to_owned(), value)).to_vec();
+            folder.write_all(files(own, &count, model, facts, &command_line)?)?;
+            timing.stage("write");
+            folder.write(timing::FILE, timing.to_json())?;
+            session.note(format_args!("written to {}", folder.finish()?.display()));
+        }
+        let tables: Vec<String> = tables(own, &count).iter().map(aligned).collect();
+        session.result(format!("{}{}\n", tables.join("\n"), sentences(&count).join("\n")), &summary)?;
+        Ok(Outcome::Done)
+    }
+}
+
+impl Divisible for Study {
+    fn points(&self) -> usize {
+        self.own.total()
+    }
+
+    fn out(&self) -> Option<&Path> {
+        self.output.out.as_deref()
+    }
+
+    fn plan(&self) -> anyhow::Result<Vec<u8>> {
+        let keys: Vec<String> = self.problem.candidates.iter().map(|candidate| self.problem.key(candidate)).collect();
+        summary::json(&json!({ "program": summary::program(), "plan": self.plan, "study": self.own, "fits": keys }))
+    }
+
+    fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
+        parts::values(&self.records(part)?)
+    }
+
+    fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
+        let records = parts.all()?;
+        self.conclude(&records)
+    }
+}
