@@ -9,6 +9,7 @@
 mod columns;
 mod difference;
 mod ensemble;
+mod minimum;
 mod record;
 mod regression;
 mod residual;

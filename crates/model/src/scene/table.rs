@@ -1,5 +1,4 @@
-//! All keys of a scene file. Reader, listing, refusals, overlays and help read this table; only what ties several keys together is
-//! checked where the scene is built.
+//! All keys of a scene file. What ties several keys together is checked where the scene is built.
 
 use super::{
     AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
@@ -543,8 +542,8 @@ impl Key {
     /// The values of `model.kind` that do in place of its other conditions: those whose models have none of the keys that these name.
     pub fn alternative(&self) -> Option<(&'static str, Vec<&'static str>)> {
         let (kind, others) = GOVERNORS.split_first()?;
-        let needed = others.iter().filter(|governor| self.under(governor.name).is_some());
-        let asked: Vec<_> = needed.filter_map(|governor| Self::find(governor.name)?.under(kind.name)).collect();
+        let asked = |governor: &Governor| self.under(governor.name).and(Self::find(governor.name)?.under(kind.name));
+        let asked: Vec<_> = others.iter().filter_map(asked).collect();
         let free = self.holding(kind)?.into_iter().filter(|word| !asked.iter().any(|when| when.holds(word))).collect();
         Some((kind.name, free)).filter(|(_, free): &(_, Vec<_>)| !asked.is_empty() && !free.is_empty())
     }
@@ -567,7 +566,6 @@ impl Key {
     /// The valid key most like `name`: another word for it, the spelling in its table or as a whole, or the same last word in another table.
     pub(crate) fn nearest(name: &str) -> Option<String> {
         let last = name.rsplit('.').next().unwrap_or(name);
-        // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
         if let Some((material, word)) = name.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {
             let words = ["youngs_modulus", "poissons_ratio", "density"];
             return closest(word, words.iter().copied()).map(|word| format!("materials.{material}.{word}"));
@@ -594,8 +592,7 @@ impl Key {
             })
             .or_else(|| plain().find(|key| key.rsplit('.').next() == Some(last)))
             .or_else(|| {
-                let words = plain().filter_map(|key| key.rsplit('.').next());
-                let word = closest(last, words)?;
+                let word = closest(last, plain().filter_map(|key| key.rsplit('.').next()))?;
                 plain().find(|key| key.rsplit('.').next() == Some(word))
             })
             .map(str::to_owned)
