@@ -64,7 +64,7 @@ const SAME_STEP: f64 = 1e-3;
 #[non_exhaustive]
 pub enum ImpactError {
     #[error(
-        "{path}: expected an incident impulse and a returned one of at least 15 % of its height, found {found}; leave the record out, or record longer"
+        "{path}: expected an incident and a returned impulse of at least 15 % of the former, found {found}; leave the record out, or record longer"
     )]
     NoReturn { path: String, found: &'static str },
     #[error("{path}: {source}")]

@@ -103,6 +103,9 @@ const WIDEST: f64 = 0.15;
 /// p below which the rounds are repeated from the amplitudes' answer.
 const AGAIN: f64 = 0.01;
 
+/// Further tries above the chain where none has p above that.
+const TRIES: u64 = 2;
+
 /// Most times that pairs are made about an answer; largest distance of the next answer from their middle, in their spread, that ends it; and the
 /// step between the numbers of their runs.
 const TURNS: u64 = 4;
@@ -210,7 +213,13 @@ pub(crate) fn fit_above(
         return first;
     }
     let [found, _] = start::search(&sources, &[at.to_vec()], seed)?;
-    better(first, turns(&sources, found, seed))
+    // Where the chain is far off, other pairs may lead elsewhere.
+    (1..=TRIES).fold(better(first, turns(&sources, found, seed)), |best, tried| {
+        if best.as_ref().is_some_and(|fit| fit.p >= AGAIN) || !sources.goes_on() {
+            return best;
+        }
+        better(best, turns(&sources, start::about(&sources, at, deviations), seed.wrapping_add(tried)))
+    })
 }
 
 /// Rounds, and again with pairs about their answer, until it lies in the middle of its pairs.
