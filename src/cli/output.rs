@@ -102,7 +102,7 @@ pub enum OutputError {
     Link { path: PathBuf },
     #[error("{}: the file was written and then removed by another program; run again", path.display())]
     Vanished { path: PathBuf },
-    #[error("{}: the results are kept there; they could not be moved to the --out folder", place.display())]
+    #[error("{}: the finished results are kept there; they could not be moved to the --out folder", place.display())]
     Unpublished { place: PathBuf, source: Box<OutputError> },
     #[error("{}: cannot {action}: {source}", path.display())]
     Io { action: &'static str, path: PathBuf, source: io::Error },
