@@ -238,8 +238,7 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
         lines[60] = &row;
         let message = refused("vib.csv", &lines.join("\n"), &none);
         let expected = format!(
-            "vib.csv:61: column `Geschwindigkeit [mm/s]`: expected decimal commas as in line 2, found `{found}`; write all \
-             decimals alike and no thousands apart"
+            "vib.csv:61: column `Geschwindigkeit [mm/s]`: expected decimal commas as in line 2, found `{found}`; use one decimal sign and no thousands separators"
         );
         assert_eq!(message, expected);
     }
