@@ -20,11 +20,11 @@ use super::{
     arguments::{OutputArguments, Session, usage, whole},
     calibrate::QuantityChoice,
     interrupt,
-    output::{OutputFolder, page_results},
+    output::{OutputFolder, page_results, publish},
     parts::{self, Divisible, PartArguments, Parts},
     progress, summary,
     sweep::axis,
-    timing::{self, Timing},
+    timing::Timing,
 };
 use crate::{
     calibration::{plan::Likelihood, search::Search},
@@ -230,19 +230,15 @@ impl Study {
         self.conclude(&records, folder)
     }
 
-    fn conclude(mut self, records: &[LaboratoryRecord], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
-        let Self { plan, session, timing, .. } = &mut self;
+    fn conclude(self, records: &[LaboratoryRecord], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let Self { plan, session, timing, .. } = self;
         let count = LaboratoryCount::of(records);
-        let summary = CoverageSummary { program: summary::program(), plan, count: &count, records };
+        let summary = CoverageSummary { program: summary::program(), plan: &plan, count: &count, records };
         let tables: Vec<String> = tables(&count).iter().map(aligned).collect();
         let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
         if let Some(folder) = folder {
             folder.write(SUMMARY, summary::json(&summary)?)?;
-            folder.write_all(page(plan, &count, records).files()?)?;
-            timing.stage("write");
-            folder.write(timing::FILE, timing.to_json())?;
-            let place = folder.finish()?;
-            session.note(format_args!("written to {}", place.display()));
+            publish(folder, page(&plan, &count, records).files()?, timing, &session)?;
         } else {
             text.push_str("Nothing was written; pass --out DIR for every record's truth, fit and diagnosis.\n");
         }

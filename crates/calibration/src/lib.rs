@@ -27,7 +27,7 @@ pub mod ladder;
 pub mod likelihood;
 pub mod measured;
 pub mod multi_record;
-pub mod nuisance;
+mod nuisance;
 pub mod observation;
 pub mod outcome;
 pub mod parameter;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rand::Rng;
 use realfft::num_complex::Complex;
 
-use granchain_signal::{NoiseSpectrum, Series, transforms};
+use granchain_signal::{NoiseSpectrum, Series, forward_transform, inverse_transform};
 
 /// Half-width over which a spectrum is smoothed before it is compared with the noise, in drive frequencies.
 const SMOOTHED: f64 = 1.0 / 24.0;
@@ -39,7 +39,7 @@ impl Remainder {
     #[must_use]
     pub fn realisation(&self, like: &Series, settle: f64, random: &mut impl Rng) -> Series {
         let n = (like.len() + like.len() % 2).max(2);
-        let (_, plan) = transforms(n);
+        let plan = inverse_transform(n);
         let apart = 1.0 / (n as f64 * like.step);
         let mut spectrum = plan.make_input_vec();
         for (k, bin) in spectrum.iter_mut().enumerate().skip(1) {
@@ -106,7 +106,7 @@ impl Noisy<'_> {
             work.push(0.0);
         }
         let n = work.len();
-        let (forward, backward) = transforms(n);
+        let (forward, backward) = (forward_transform(n), inverse_transform(n));
         let mut spectrum = forward.make_output_vec();
         let outcome = forward.process(&mut work, &mut spectrum);
         debug_assert!(outcome.is_ok(), "sizes come from the plan");

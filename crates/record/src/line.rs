@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::baseline::median;
-use granchain_signal::{Series, transforms};
+use granchain_signal::{Series, forward_transform};
 
 /// Up to this length samples are padded to four times their number; longer records are summed at quarters of a bin
 /// instead, to save memory.
@@ -30,7 +30,7 @@ pub(super) fn strongest_line(series: &Series) -> Option<f64> {
     let windowed =
         |(i, value): (usize, &f64)| (value - mean) * (1.0 - libm::cos(2.0 * PI * (i as f64 + 0.5) / n as f64));
     let size = if n <= PADDED { (4 * n).next_power_of_two() } else { n.next_power_of_two() };
-    let plan = transforms(size).0;
+    let plan = forward_transform(size);
     let mut input = plan.make_input_vec();
     input.iter_mut().zip(values.iter().enumerate().map(windowed)).for_each(|(slot, value)| *slot = value);
     let mut output = plan.make_output_vec();

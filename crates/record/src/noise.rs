@@ -3,7 +3,7 @@
 use std::f64::consts::{LN_2, PI};
 
 use super::baseline::FEWEST_QUIET;
-use granchain_signal::{Series, mean_and_rms, transforms};
+use granchain_signal::{Series, forward_transform, mean_and_rms};
 
 /// Source of a noise estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -75,7 +75,7 @@ fn floor(raw: &Series, bandwidth: Option<f64>) -> Option<f64> {
         return None;
     }
     let (mean, _) = mean_and_rms(values);
-    let plan = transforms(n).0;
+    let plan = forward_transform(n);
     let mut input = plan.make_input_vec();
     for (i, (slot, value)) in input.iter_mut().zip(values).enumerate() {
         *slot = (value - mean) * (1.0 - libm::cos(2.0 * PI * (i as f64 + 0.5) / n as f64));

@@ -37,32 +37,40 @@ pub struct LowPass {
 struct Plan {
     half: usize,
     gain: Vec<f64>,
-    transforms: Transforms,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
 }
-
-/// Forward and inverse transform of one size.
-pub type Transforms = (Arc<dyn RealToComplex<f64>>, Arc<dyn ComplexToReal<f64>>);
 
 /// Largest transform size whose plan is kept; with the limit on the number of sizes at most about 60 MB.
 const LARGEST_KEPT: usize = 1 << 16;
 const SIZES_KEPT: usize = 32;
 
-/// Cached transforms of one size. Planning takes five times as long as applying a filter. Each size has its own
-/// planner, so that a plan does not depend on those made before.
-pub fn transforms(size: usize) -> Transforms {
-    static KEPT: Mutex<BTreeMap<usize, Transforms>> = Mutex::new(BTreeMap::new());
-    let plan = || {
-        let mut planner = RealFftPlanner::new();
-        (planner.plan_fft_forward(size), planner.plan_fft_inverse(size))
-    };
+type Kept<T> = Mutex<BTreeMap<usize, T>>;
+
+/// Plan of one size, kept. Planning takes five times as long as applying a filter. Each has its own planner, so that it does not depend on plans made
+/// before.
+fn kept<T: Clone>(kept: &Kept<T>, size: usize, plan: impl FnOnce(&mut RealFftPlanner<f64>) -> T) -> T {
+    let plan = || plan(&mut RealFftPlanner::new());
     if size > LARGEST_KEPT {
         return plan();
     }
-    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
     if kept.len() == SIZES_KEPT && !kept.contains_key(&size) {
         kept.clear();
     }
     kept.entry(size).or_insert_with(plan).clone()
+}
+
+/// Transform of so many samples.
+pub fn forward_transform(size: usize) -> Arc<dyn RealToComplex<f64>> {
+    static KEPT: Kept<Arc<dyn RealToComplex<f64>>> = Mutex::new(BTreeMap::new());
+    kept(&KEPT, size, |planner| planner.plan_fft_forward(size))
+}
+
+/// Its inverse.
+pub fn inverse_transform(size: usize) -> Arc<dyn ComplexToReal<f64>> {
+    static KEPT: Kept<Arc<dyn ComplexToReal<f64>>> = Mutex::new(BTreeMap::new());
+    kept(&KEPT, size, |planner| planner.plan_fft_inverse(size))
 }
 
 impl fmt::Debug for LowPass {
@@ -128,14 +136,13 @@ impl LowPass {
             kernel[i] = weight;
             kernel[(size - i) % size] = weight;
         }
-        let transforms = transforms(size);
-        let forward = transforms.0.as_ref();
+        let (forward, inverse) = (forward_transform(size), inverse_transform(size));
         let mut spectrum = forward.make_output_vec();
-        transform(forward, &mut kernel, &mut spectrum);
+        transform(forward.as_ref(), &mut kernel, &mut spectrum);
         let scale = 1.0 / (sum * size as f64);
         // Symmetric kernel: the spectrum is real.
         let gain = spectrum.iter().map(|bin| bin.re * scale).collect();
-        Self { len, plan: Some(Plan { half, gain, transforms }) }
+        Self { len, plan: Some(Plan { half, gain, forward, inverse }) }
     }
 
     /// The filtered samples.
@@ -144,9 +151,8 @@ impl LowPass {
     /// If `values` has another length than planned.
     pub fn apply(&self, values: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), self.len, "LowPass planned for another length");
-        let Some(plan) = &self.plan else { return values.to_vec() };
-        let (half, len) = (plan.half, values.len());
-        let (forward, backward) = &plan.transforms;
+        let Some(Plan { half, gain, forward, inverse }) = &self.plan else { return values.to_vec() };
+        let (half, len) = (*half, values.len());
         let mut work = forward.make_input_vec();
         for i in 0..half {
             work[i] = continued(values, i as isize - half as isize);
@@ -155,7 +161,7 @@ impl LowPass {
         work[half..half + len].copy_from_slice(values);
         let mut spectrum = forward.make_output_vec();
         transform(forward.as_ref(), &mut work, &mut spectrum);
-        for (bin, gain) in spectrum.iter_mut().zip(&plan.gain) {
+        for (bin, gain) in spectrum.iter_mut().zip(gain) {
             *bin *= gain;
         }
         // A real series has real first and last bins; rounding must not make the inverse refuse them.
@@ -165,7 +171,7 @@ impl LowPass {
         if let Some(bin) = spectrum.last_mut() {
             bin.im = 0.0;
         }
-        let outcome = backward.process(&mut spectrum, &mut work);
+        let outcome = inverse.process(&mut spectrum, &mut work);
         debug_assert!(outcome.is_ok(), "sizes come from the plan");
         work.copy_within(half..half + len, 0);
         work.truncate(len);

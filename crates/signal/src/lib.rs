@@ -27,7 +27,7 @@ pub use calculus::{derivative, integral};
 pub use causal::CausalShape;
 pub use conditioning::{Conditioning, about_running_mean, wander};
 pub use digest::{hexadecimal, sha256};
-pub use filter::{LowPass, Transforms, low_pass, transforms};
+pub use filter::{LowPass, forward_transform, inverse_transform, low_pass};
 pub use flicker::{FlickerSource, NoiseSpectrum};
 pub use quantity::{Dimension, Quantity, QuantityError};
 pub use repair::{Gap, bridge};

@@ -96,14 +96,15 @@ impl PaperPlan {
     /// Perturbed runs of the annulus scene on the model of the study, and those of the readings on the chain.
     #[must_use]
     pub fn runs(&self) -> (usize, usize) {
-        let own = LAWS.len() * (3 * self.replicates + self.sweep_replicates * self.alphas.len());
-        let readings = LAWS.len() * self.reading_runs() * reading::ensembles();
+        let own = LAWS.len() * (3 * self.replicates + self.sweep_runs());
+        let readings =
+            LAWS.len() * (self.reading_replicates * reading::ensembles() + self.sweep_runs() * READINGS.len());
         if self.readings_on_chain { (own, readings) } else { (own + readings, 0) }
     }
 
-    /// Perturbed runs of a law under one reading: at its own α and in the sweep.
-    fn reading_runs(&self) -> usize {
-        self.reading_replicates + self.sweep_replicates * self.alphas.len()
+    /// Perturbed runs of a sweep of α.
+    fn sweep_runs(&self) -> usize {
+        self.sweep_replicates * self.alphas.len()
     }
 }
 
@@ -152,6 +153,22 @@ pub struct SweepPoint {
     pub alpha: f64,
     /// Mean and scatter, in the order of [`Trait::all`].
     pub moments: PortraitMoments,
+}
+
+impl SweepPoint {
+    fn of(alpha: f64, replicates: &[Result<Portrait, String>]) -> Self {
+        Self { alpha, moments: PortraitMoments::of(replicates) }
+    }
+}
+
+/// Where a number is largest over α: there, and its mean and scatter.
+#[must_use]
+pub fn largest(sweep: &[SweepPoint], what: Trait) -> Option<(f64, f64, f64)> {
+    let points = sweep.iter().filter_map(|point| {
+        let own = point.moments.get(what)?;
+        Some((point.alpha, own.mean, own.deviation))
+    });
+    points.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// A law at its own α.
@@ -292,16 +309,23 @@ impl Study {
     }
 
     /// A law over the plan's α.
-    fn sweep(&self, law: &Law, scene: &Scene, watch: &dyn Watch) -> Result<Replicates, StudyError> {
+    fn sweep(
+        &self,
+        law: &Law,
+        scene: &Scene,
+        instrument: Instrument<'_>,
+        watch: &dyn Watch,
+    ) -> Result<Replicates, StudyError> {
         let plan = EnsemblePlan::new(self.plan.sweep_replicates, self.plan.seed);
         let factors: Vec<f64> = self.plan.alphas.iter().map(|alpha| alpha / law.alpha).collect();
-        self.seen().at(scene, &factors, &plan, watch)
+        instrument.at(scene, &factors, &plan, watch)
     }
 
     fn sweep_outcome(&self, law: &Law, seen: &Replicates) -> Result<Vec<SweepPoint>, StudyError> {
         let points = self.plan.alphas.iter().zip(seen).map(|(&alpha, replicates)| {
             let what = || format!("{} dampers at α = {alpha}", law.name);
-            Ok(SweepPoint { alpha, moments: enough(PortraitMoments::of(replicates), replicates, what)? })
+            let point = SweepPoint::of(alpha, replicates);
+            Ok(SweepPoint { moments: enough(point.moments, replicates, what)?, ..point })
         });
         points.collect()
     }
@@ -368,12 +392,11 @@ impl Study {
 
     /// Runs of it; the few without perturbations are not counted.
     fn runs_in(&self, work: Work) -> usize {
-        let PaperPlan { replicates, sweep_replicates, alphas, .. } = &self.plan;
         match work {
             Work::Rigid(_) => 0,
-            Work::Law(_) => 3 * replicates,
-            Work::Sweep(_) => sweep_replicates * alphas.len(),
-            Work::Reading(..) => self.plan.reading_runs(),
+            Work::Law(_) => 3 * self.plan.replicates,
+            Work::Sweep(_) => self.plan.sweep_runs(),
+            Work::Reading(_, point) => point.runs(&self.plan),
         }
     }
 
@@ -382,7 +405,7 @@ impl Study {
         match work {
             Work::Rigid(kind) => rigid::simulate(kind, &self.overrides, &self.bodies, watch).map(PaperPoint::Rigid),
             Work::Law(law) => self.law(own(law).0, own(law).1, watch).map(PaperPoint::Law),
-            Work::Sweep(law) => self.sweep(own(law).0, own(law).1, watch).map(PaperPoint::Sweep),
+            Work::Sweep(law) => self.sweep(own(law).0, own(law).1, self.seen(), watch).map(PaperPoint::Sweep),
             Work::Reading(law, reading) => reading.run(self, &LAWS[law], watch).map(PaperPoint::Reading),
         }
     }

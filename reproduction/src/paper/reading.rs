@@ -12,7 +12,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Law, Study, moment};
+use super::{Law, PaperPlan, Study, SweepPoint, largest, moment};
 use crate::failure::{StudyError, enough};
 use crate::{
     instrument::Instrument,
@@ -131,6 +131,12 @@ impl Point {
         std::iter::once(Self::Default).chain(on_chain).chain(READINGS.iter().map(Self::Under)).collect()
     }
 
+    /// Perturbed runs of it: at the law's own α, under a reading also in the sweep.
+    pub(super) fn runs(self, plan: &PaperPlan) -> usize {
+        let sweep = if matches!(self, Self::Under(_)) { plan.sweep_runs() } else { 0 };
+        plan.reading_replicates + sweep
+    }
+
     /// Run it; only a reading may fail.
     pub(super) fn run(
         self,
@@ -140,11 +146,11 @@ impl Point {
     ) -> Result<Result<ReadingRuns, String>, StudyError> {
         let model = format!("model.kind={}", study.readings_model().name());
         match self {
-            Self::Default => ensemble(study, law, &[&model], watch).map(Ok),
-            Self::OnChain => ensemble(study, law, &CHAIN, watch).map(Ok),
+            Self::Default => ensemble(study, law, &[&model], false, watch).map(Ok),
+            Self::OnChain => ensemble(study, law, &CHAIN, false, watch).map(Ok),
             Self::Under(reading) => {
                 let own: &[&str] = if reading.chain_only { &CHAIN } else { &[model.as_str()] };
-                match ensemble(study, law, &[own, reading.overrides].concat(), watch) {
+                match ensemble(study, law, &[own, reading.overrides].concat(), true, watch) {
                     Err(StudyError::Stopped) => Err(StudyError::Stopped),
                     outcome => Ok(outcome.map_err(|error| error.to_string())),
                 }
@@ -192,7 +198,14 @@ pub(super) fn ranked(study: &Study, law: &Law, found: &[Result<ReadingRuns, Stri
     outcomes
 }
 
-fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> Result<ReadingRuns, StudyError> {
+/// `swept`: whether α is swept too.
+fn ensemble(
+    study: &Study,
+    law: &Law,
+    overrides: &[&str],
+    swept: bool,
+    watch: &dyn Watch,
+) -> Result<ReadingRuns, StudyError> {
     let what = || format!("{} dampers with {}", law.name, overrides.join(", "));
     let all: Vec<String> =
         study.overrides.iter().cloned().chain(overrides.iter().map(|set| (*set).to_owned())).collect();
@@ -202,13 +215,11 @@ fn ensemble(study: &Study, law: &Law, overrides: &[&str], watch: &dyn Watch) -> 
     let instrument = Instrument { settings: &settings, ..study.seen() };
     let portraits = instrument.at(&scene, &[1.0], &plan, watch)?.concat();
     let moments = enough(PortraitMoments::of(&portraits), &portraits, what)?;
-    let plan = EnsemblePlan::new(study.plan.sweep_replicates, study.plan.seed);
-    let alphas = &study.plan.alphas;
-    let factors: Vec<f64> = alphas.iter().map(|alpha| alpha / law.alpha).collect();
-    let line = |runs: &Vec<_>| Some(PortraitMoments::of(runs).get(Trait::Level(law.own_line))?.mean);
-    let swept = instrument.at(&scene, &factors, &plan, watch)?;
-    let lines = alphas.iter().zip(&swept).filter_map(|(alpha, runs)| Some((*alpha, line(runs)?)));
-    Ok(ReadingRuns { moments, largest_at: lines.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(alpha, _)| alpha) })
+    let swept = if swept { study.sweep(law, &scene, instrument, watch)? } else { Vec::new() };
+    let points: Vec<SweepPoint> =
+        study.plan.alphas.iter().zip(&swept).map(|(alpha, runs)| SweepPoint::of(*alpha, runs)).collect();
+    let largest_at = largest(&points, Trait::Level(law.own_line)).map(|(alpha, ..)| alpha);
+    Ok(ReadingRuns { moments, largest_at })
 }
 
 fn compared(reading: &Reading, law: &Law, base: &PortraitMoments, moved: &PortraitMoments) -> ReadingOutcome {

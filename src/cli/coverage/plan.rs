@@ -12,10 +12,10 @@ use crate::{
         arguments::{OutputArguments, Session, usage},
         calibrate::{definition::refused, manifest},
         interrupt::{self, Interrupted},
-        output::page_results,
+        output::{OutputFolder, page_results, publish},
         parts::{self, Divisible, Parts},
         progress, summary,
-        timing::{self, Timing},
+        timing::Timing,
     },
     measurement::shell_line,
     study::{Axis, Grid, Value as AxisValue},
@@ -111,15 +111,15 @@ impl Study {
     }
 
     pub fn run_here(mut self) -> anyhow::Result<Outcome> {
+        let folder = self.output.stage(&page_results(SUMMARY))?;
         let records = self.records(0..self.own.total())?;
         self.timing.stage("records");
-        self.conclude(&records)
+        self.conclude(&records, folder)
     }
 
-    fn conclude(mut self, records: &[OwnRecord]) -> anyhow::Result<Outcome> {
-        let folder = self.output.stage(&page_results(SUMMARY))?;
-        let Self { plan, words, problem, own, session, timing, .. } = &mut self;
-        let (count, model) = (OwnCount::of(own, records), problem.model());
+    fn conclude(self, records: &[OwnRecord], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let Self { plan, words, problem, own, session, timing, .. } = self;
+        let (count, model) = (OwnCount::of(&own, records), problem.model());
         let summary = json!({
             "program": summary::program(), "plan": plan, "model": model, "study": own, "count": count, "records": records
         });
@@ -134,12 +134,9 @@ impl Study {
             let facts = [("version", env!("CARGO_PKG_VERSION").to_owned()), ("seed", own.seed.to_string())];
             let command_line = shell_line(["granchain"].into_iter().chain(words.iter().map(String::as_str)));
             let facts = facts.map(|(name, value)| (name.to_owned(), value)).to_vec();
-            folder.write_all(files(own, &count, model, facts, &command_line)?)?;
-            timing.stage("write");
-            folder.write(timing::FILE, timing.to_json())?;
-            session.note(format_args!("written to {}", folder.finish()?.display()));
+            publish(folder, files(&own, &count, model, facts, &command_line)?, timing, &session)?;
         }
-        let tables: Vec<String> = tables(own, &count).iter().map(aligned).collect();
+        let tables: Vec<String> = tables(&own, &count).iter().map(aligned).collect();
         session.result(format!("{}{}\n", tables.join("\n"), sentences(&count).join("\n")), &summary)?;
         Ok(Outcome::Done)
     }
@@ -164,7 +161,7 @@ impl Divisible for Study {
     }
 
     fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
-        let records = parts.all()?;
-        self.conclude(&records)
+        let folder = self.output.stage(&page_results(SUMMARY))?;
+        self.conclude(&parts.all()?, folder)
     }
 }

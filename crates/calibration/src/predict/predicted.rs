@@ -80,15 +80,16 @@ impl Predictions {
         let fidelities = &fitted.best_made().fidelities;
         let replicates = if fidelities.is_empty() { REPLICATES } else { UPPER_REPLICATES };
         let plan = EnsemblePlan::new(replicates, problem.seed);
-        let forwards = fitted.best_made().joint.records().into_iter().cloned();
-        let side_by_side = |forward: Forward| if fidelities.is_empty() { forward } else { forward.in_blocks() };
-        let forwards: Vec<Forward> = forwards.map(side_by_side).collect();
+        let forwards = fitted.best_made().joint.records();
+        let drawn = |forward: &Forward| match fidelities.is_empty() {
+            true => forward.predicted(&best.fit.posterior, replicates),
+            false => forward.clone().in_blocks().predicted(&best.fit.posterior, replicates),
+        };
         let ready = fidelities.iter().map(|fidelity| Arc::clone(fidelity.prepared()));
         let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
         let recorded_runs = problem.recorded_runs.par_iter().enumerate();
         let predict = |(number, recorded_run): (usize, &RecordedRun)| {
-            let (variations, passbands) =
-                forwards[number].predicted(&best.fit.posterior, replicates).into_iter().unzip();
+            let (variations, passbands) = drawn(forwards[number]).into_iter().unzip();
             let scene = &best.candidate.scenes[number];
             // How runs scatter, the reduced model tells as well as finite elements do.
             let scene = reduced_below(scene).unwrap_or_else(|| scene.clone());

@@ -4,7 +4,7 @@ use realfft::num_complex::Complex;
 
 use super::ensemble::Placed;
 use crate::comparison::{Comparison, Reduction};
-use granchain_signal::{Gap, Series, feature::fingerprint::SAMPLES_PER_CYCLE, transforms};
+use granchain_signal::{Gap, Series, feature::fingerprint::SAMPLES_PER_CYCLE, forward_transform, inverse_transform};
 
 /// Least noise over the peak: the interpolation error between samples.
 const LEAST_NOISE: f64 = 1e-3;
@@ -85,7 +85,7 @@ impl RecordTrace {
         let padded = (trace.len() + 2 * padding).next_multiple_of(2);
         let mut input: Vec<f64> =
             (0..padded).map(|i| continued(&values, i as isize - padding as isize, padding)).collect();
-        let (plan, _) = transforms(padded);
+        let plan = forward_transform(padded);
         let mut spectrum = plan.make_output_vec();
         plan.process(&mut input, &mut spectrum).ok()?;
         Some(Self {
@@ -167,7 +167,7 @@ impl RecordTrace {
             last.im = 0.0;
         }
         spectrum[0].im = 0.0;
-        let (_, plan) = transforms(self.padded);
+        let plan = inverse_transform(self.padded);
         let mut output = plan.make_output_vec();
         if plan.process(&mut spectrum, &mut output).is_err() {
             output.fill(0.0);
@@ -195,7 +195,7 @@ pub(super) fn whitened(values: &[f64], step: f64, corner: f64) -> Vec<f64> {
     }
     let padding = CONTINUED * SAMPLES_PER_CYCLE;
     let padded = (values.len() + 2 * padding).next_multiple_of(2);
-    let (forward, backward) = transforms(padded);
+    let (forward, backward) = (forward_transform(padded), inverse_transform(padded));
     let mut work: Vec<f64> = (0..padded).map(|i| continued(values, i as isize - padding as isize, padding)).collect();
     let mut spectrum = forward.make_output_vec();
     if forward.process(&mut work, &mut spectrum).is_err() {

@@ -269,10 +269,8 @@ impl Rounds {
             self.aim(&bound, false);
             (bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;
         }
-        let finer = self.sources.finer(self.runs, &bound.at).0;
-        let longest = |record: usize| finer.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
-        let pooled = self.near(&bound, MOST_TOGETHER, &longest)?;
-        let (bound, factor) = pooled.bound(&Known { correction: finer.clone(), ..self.known() }, &self.shifts)?;
+        let (pooled, known, _) = self.corrected(&bound)?;
+        let (bound, factor) = pooled.bound(&known, &self.shifts)?;
         Some((self, bound, factor))
     }
 
@@ -328,14 +326,18 @@ impl Rounds {
         self.latest.as_ref().filter(|_| !self.failed)
     }
 
+    /// Runs of all rounds near a point, what is known with their correction for a finer step or mesh, and the mesh's change of the features.
+    fn corrected(&self, about: &Solution) -> Option<(Ensemble, Known<'_>, Option<Discrepancy>)> {
+        let (correction, mesh) = self.sources.finer(self.runs, &about.at);
+        let longest = |record: usize| correction.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
+        let ensemble = self.near(about, MOST_TOGETHER, &longest)?;
+        Some((ensemble, Known { correction, ..self.known() }, mesh))
+    }
+
     /// What the last rounds say together, by runs corrected for their step.
     pub fn answer(&self) -> Option<Answer> {
         let latest = self.latest()?;
-        let (finer, mesh) = self.sources.finer(self.runs, &latest.at);
-        let longest = |record: usize| finer.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
-        let ensemble = self.near(latest, MOST_TOGETHER, &longest)?;
-        let mut known = self.known();
-        known.correction.clone_from(&finer);
+        let (ensemble, known, mesh) = self.corrected(latest)?;
         let solution = ensemble.solve(&known, &self.shifts, false)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(1);

@@ -118,9 +118,7 @@ impl Sources {
     pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<(Self, Vec<Pair>)> {
         let lower = diagonal(&start.half.iter().map(|half| 0.5 * half).collect::<Vec<f64>>());
         let mut at = start.drawn(self, PAIRS_ABOVE, (seed as u32).wrapping_add(first as u32));
-        if self.modulus.is_some() {
-            self.in_levels(start, &mut at);
-        }
+        self.in_levels(start, &mut at);
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let (mut sources, mut pairs) = (self.clone(), Vec::new());
         for source in &mut sources.records {
@@ -135,18 +133,15 @@ impl Sources {
         Some((sources, pairs))
     }
 
-    /// Gives one stiffness to the pairs that the model above runs side by side.
+    /// Gives one stiffness, where it is drawn, to the pairs that the model above runs side by side.
     fn in_levels(&self, start: &Start, at: &mut [Vec<f64>]) {
-        let together =
-            self.records.iter().filter_map(|source| Some(source.above.as_ref()?.prepared().together())).max();
-        let Some((together, half)) = together.filter(|together| *together > 1).zip(start.half.last()) else { return };
+        let above = self.records.iter().filter_map(|source| source.above.as_ref());
+        let together = above.map(|above| above.prepared().together()).max().filter(|together| *together > 1);
+        let stiffness = self.modulus.and_then(|_| start.centre.last().zip(start.half.last()));
+        let (Some(together), Some((centre, half))) = (together, stiffness) else { return };
         let blocks = at.chunks_mut(together);
         for (level, block) in levels(blocks.len()).into_iter().zip(blocks) {
-            for at in block {
-                if let (Some(x), Some(centre)) = (at.last_mut(), start.centre.last()) {
-                    *x = centre + 0.5 * half * level;
-                }
-            }
+            block.iter_mut().filter_map(|at| at.last_mut()).for_each(|x| *x = centre + 0.5 * half * level);
         }
     }
 

@@ -2,7 +2,11 @@
 
 use std::fmt::Write;
 
-use super::{Material, Scene, SettingValue, key::Get, table::KEYS};
+use super::{
+    Key, Material, Scene, SettingValue,
+    key::Get,
+    table::{GOVERNORS, Governor, KEYS},
+};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
@@ -72,6 +76,31 @@ fn of_material(material: &Material) -> impl Iterator<Item = Setting> {
         let name = key.name.replace('*', &material.name);
         Some(Setting { key: name, value: key.quantity(get(material)), meaning: key.meaning })
     })
+}
+
+impl Key {
+    /// Other keys that decide whether it has an effect, each with the values where it has. All must hold, except that [`Key::alternative`] will do.
+    pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
+        let of = |governor: &Governor| {
+            let holding = self.holding(governor)?;
+            (holding.len() < governor.words().len()).then_some((governor.name, holding))
+        };
+        GOVERNORS.iter().filter_map(of).collect()
+    }
+
+    /// The values of `model.kind` that do in place of its other conditions: those whose models have none of the keys that these name.
+    pub fn alternative(&self) -> Option<(&'static str, Vec<&'static str>)> {
+        let (kind, others) = GOVERNORS.split_first()?;
+        let asked = |governor: &Governor| self.under(governor.name).and(Self::find(governor.name)?.under(kind.name));
+        let asked: Vec<_> = others.iter().filter_map(asked).collect();
+        let free = self.holding(kind)?.into_iter().filter(|word| !asked.iter().any(|when| when.holds(word))).collect();
+        Some((kind.name, free)).filter(|(_, free): &(_, Vec<_>)| !asked.is_empty() && !free.is_empty())
+    }
+
+    fn holding(&self, governor: &Governor) -> Option<Vec<&'static str>> {
+        let when = self.under(governor.name)?;
+        Some(governor.words().iter().copied().filter(|word| when.holds(word)).collect())
+    }
 }
 
 #[cfg(test)]

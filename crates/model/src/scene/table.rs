@@ -530,29 +530,6 @@ impl Governor {
 }
 
 impl Key {
-    /// Other keys that decide whether it has an effect, each with the values where it has. All must hold, except that [`Key::alternative`] will do.
-    pub fn conditions(&self) -> Vec<(&'static str, Vec<&'static str>)> {
-        let of = |governor: &Governor| {
-            let holding = self.holding(governor)?;
-            (holding.len() < governor.words().len()).then_some((governor.name, holding))
-        };
-        GOVERNORS.iter().filter_map(of).collect()
-    }
-
-    /// The values of `model.kind` that do in place of its other conditions: those whose models have none of the keys that these name.
-    pub fn alternative(&self) -> Option<(&'static str, Vec<&'static str>)> {
-        let (kind, others) = GOVERNORS.split_first()?;
-        let asked = |governor: &Governor| self.under(governor.name).and(Self::find(governor.name)?.under(kind.name));
-        let asked: Vec<_> = others.iter().filter_map(asked).collect();
-        let free = self.holding(kind)?.into_iter().filter(|word| !asked.iter().any(|when| when.holds(word))).collect();
-        Some((kind.name, free)).filter(|(_, free): &(_, Vec<_>)| !asked.is_empty() && !free.is_empty())
-    }
-
-    fn holding(&self, governor: &Governor) -> Option<Vec<&'static str>> {
-        let when = self.under(governor.name)?;
-        Some(governor.words().iter().copied().filter(|word| when.holds(word)).collect())
-    }
-
     /// The key of a full name such as `materials.brass.density` or `chain.gaps.contact2`.
     pub fn find(name: &str) -> Option<&'static Self> {
         KEYS.iter().find(|key| key.matches(name))
@@ -566,6 +543,7 @@ impl Key {
     /// The valid key most like `name`: another word for it, the spelling in its table or as a whole, or the same last word in another table.
     pub(crate) fn nearest(name: &str) -> Option<String> {
         let last = name.rsplit('.').next().unwrap_or(name);
+        // In `materials.NAME.…` the name is the user's, only the last word can be misspelt.
         if let Some((material, word)) = name.strip_prefix("materials.").and_then(|rest| rest.split_once('.')) {
             let words = ["youngs_modulus", "poissons_ratio", "density"];
             return closest(word, words.iter().copied()).map(|word| format!("materials.{material}.{word}"));

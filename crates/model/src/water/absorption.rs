@@ -20,7 +20,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use faer::c64;
-use realfft::RealFftPlanner;
+use granchain_signal::{forward_transform, inverse_transform};
 
 use crate::scene::{Absorption, FieldPoint};
 
@@ -75,8 +75,7 @@ impl PowerLaw {
             return Vec::new();
         }
         let length = (2 * record.len()).next_power_of_two();
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+        let (forward, backward) = (forward_transform(length), inverse_transform(length));
         let (mut input, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
         input[..record.len()].copy_from_slice(record);
         // Cannot fail: the buffers were made by the plans.

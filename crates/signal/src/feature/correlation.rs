@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{FeatureError, line::check_finite};
-use crate::{Series, transforms};
+use crate::{Series, forward_transform, inverse_transform};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CorrelationPeak {
@@ -69,7 +69,7 @@ pub fn correlation_peak(reference: &Series, candidate: &Series) -> Result<Correl
 pub(super) fn lagged_sums(a: &[f64], b: &[f64]) -> Vec<f64> {
     // Room for every lag: no lag meets a wrapped copy.
     let length = (a.len() + b.len()).next_power_of_two();
-    let (forward, backward) = transforms(length);
+    let (forward, backward) = (forward_transform(length), inverse_transform(length));
     let transform = |values: &[f64]| {
         let (mut input, mut output) = (forward.make_input_vec(), forward.make_output_vec());
         input[..values.len()].copy_from_slice(values);

@@ -21,11 +21,11 @@
 
 use std::{borrow::Cow, sync::Arc};
 
-use realfft::{RealFftPlanner, RealToComplex};
+use realfft::RealToComplex;
 use thiserror::Error;
 
 use super::{Measurand, alignment::fall};
-use crate::{Series, about_running_mean};
+use crate::{Series, about_running_mean, forward_transform};
 
 /// Samples a drive period of a conditioned trace.
 pub const SAMPLES_PER_CYCLE: usize = 40;
@@ -236,7 +236,7 @@ impl Fingerprint {
         let count = late_cycles * SAMPLES_PER_CYCLE;
         let window =
             (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
-        let transform = RealFftPlanner::new().plan_fft_forward(count);
+        let transform = forward_transform(count);
         let bands = bands(measurand, drive_frequency);
         Self {
             measurand,

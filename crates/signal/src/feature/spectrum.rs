@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use super::{FeatureError, Window, line};
-use crate::{Series, transforms};
+use crate::{Series, forward_transform};
 
 /// Samples of zeros appended, as a factor on the length: four points a bin, so that no line is read more than 0.1 dB
 /// low (Hann's scalloping at an eighth of a bin).
@@ -40,7 +40,7 @@ pub fn amplitude_spectrum(series: &Series, window: Window) -> Result<AmplitudeSp
     let window = window.on(series)?;
     let range = window.indices(series);
     let padded = points(range.len());
-    let plan = transforms(padded).0;
+    let plan = forward_transform(padded);
     let mut input = plan.make_input_vec();
     let (mut weight, mut offset) = (0.0, 0.0);
     let taper = |index: usize| {

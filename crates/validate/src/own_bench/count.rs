@@ -114,8 +114,6 @@ impl ParameterCoverage {
         let count = fits.len();
         let place = (LEVEL * (count + 1) as f64).ceil() as usize;
         let coverage = wilson(covered, count, Z);
-        let steps =
-            |(index, rank): (usize, &f64)| [index, index + 1].map(|below| (below as f64 / count as f64 - rank).abs());
         Self {
             name: name.into(),
             covered,
@@ -123,7 +121,7 @@ impl ParameterCoverage {
             expected_width: middle(records.iter().filter_map(|record| Some(of(&bound(record)?.expected)))),
             fitted_width: middle(fits.iter().map(|(_, it, _)| width(it))),
             width_over_bound: middle(records.iter().filter_map(over)),
-            ecdf_distance: ranks.iter().enumerate().flat_map(steps).fold(0.0, f64::max),
+            ecdf_distance: deviations(&ranks).map(|(_, apart)| apart.abs()).fold(0.0, f64::max),
             ecdf_band: (40.0_f64.ln() / (2.0 * count.max(1) as f64)).sqrt(),
             ranks,
             widen: needed.get(place.saturating_sub(1)).copied().filter(|_| coverage.1 < LEVEL),
@@ -160,6 +158,13 @@ impl ExperimentCount {
             correlations: (0..names.len()).flat_map(|b| (0..b).map(move |a| (a, b))).filter_map(pair).collect(),
         }
     }
+}
+
+/// Distribution function of ascending ranks minus that of a uniform distribution, before and behind every rank.
+pub(crate) fn deviations(ranks: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+    let count = ranks.len() as f64;
+    let step = move |(index, rank): (usize, &f64)| [index, index + 1].map(|below| (*rank, below as f64 / count - rank));
+    ranks.iter().enumerate().flat_map(step)
 }
 
 fn fit_of(record: &OwnRecord) -> Option<&OwnFit> {

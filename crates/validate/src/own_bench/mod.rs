@@ -12,6 +12,7 @@ mod count;
 mod experiment;
 mod record;
 
+pub(crate) use count::deviations;
 pub use count::{ExperimentCount, OwnCount, ParameterCoverage};
 pub use experiment::{Experiment, OwnPlan};
 

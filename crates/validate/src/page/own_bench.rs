@@ -1,6 +1,6 @@
 //! Coverage on the user's own bench and what further experiments would give: tables and a page.
 
-use crate::own_bench::{ExperimentCount, OwnCount, OwnPlan, ParameterCoverage};
+use crate::own_bench::{ExperimentCount, OwnCount, OwnPlan, ParameterCoverage, deviations};
 use granchain_report::{
     figure::{Axis, Bar, Colour, Dash, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{fixed, significant},
@@ -145,13 +145,11 @@ fn ranks(experiment: &ExperimentCount) -> Figure {
         let histogram = Panel::new(axis(), Axis::new("Records", "1"))
             .layer(Layer::Bars { label: String::new(), bars: (0..BINS).map(bar).collect(), colour: Colour::Blue })
             .mark_y(count / BINS as f64, "uniform", Stroke::new(Colour::Grey).dash(Dash::Dashed));
-        let step = |(index, rank): (usize, &f64)| [index, index + 1].map(|below| (*rank, below as f64 / count - rank));
-        let steps = ranks.iter().enumerate().flat_map(step);
         let distribution = Panel::new(axis(), Axis::new("Distribution − uniform", "1"))
             .band("95 % of studies", vec![(0.0, -limit, limit), (1.0, -limit, limit)], Colour::Grey)
             .line(
                 "ranks",
-                [(0.0, 0.0)].into_iter().chain(steps).chain([(1.0, 0.0)]).collect(),
+                [(0.0, 0.0)].into_iter().chain(deviations(ranks)).chain([(1.0, 0.0)]).collect(),
                 Stroke::new(Colour::Blue),
             );
         figure.panel(histogram).panel(distribution)

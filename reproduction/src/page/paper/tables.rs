@@ -35,7 +35,7 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Its verdict; agreement with what chose the readings is told apart.
+/// Its verdict, marked where the agreeing number chose the default readings.
 fn verdict_of(judgement: &Judgement) -> String {
     let chosen = judgement.verdict == Verdict::Agrees && chose_the_readings(&judgement.statement);
     format!("{}{}", verdict(judgement.verdict), if chosen { " (chosen)" } else { "" })

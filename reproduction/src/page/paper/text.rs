@@ -2,7 +2,7 @@
 
 use super::{PaperReport, millimetres, tables};
 use crate::paper::{
-    Change, Judgement, LAWS, PaperOutcome, PaperPlan, ReadingOutcome, SweepPoint, Verdict, chose_the_readings,
+    Change, Judgement, LAWS, PaperOutcome, PaperPlan, ReadingOutcome, Verdict, chose_the_readings, largest,
 };
 use crate::portrait::Trait;
 use granchain_calibration::predict::published::Claim;
@@ -122,15 +122,6 @@ fn readings_that_meet(judgements: &[Judgement], prefix: &str, readings: &[Readin
         .filter(|reading| reading.changes.as_ref().is_some_and(|[p, n, _]| met(p, up) && met(n, down)))
         .map(|reading| reading.reading.name)
         .collect()
-}
-
-/// Where a number is largest over α.
-fn largest(sweep: &[SweepPoint], what: Trait) -> Option<(f64, f64, f64)> {
-    let points = sweep.iter().filter_map(|point| {
-        let own = point.moments.get(what)?;
-        Some((point.alpha, own.mean, own.deviation))
-    });
-    points.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 pub(super) fn sweep(outcome: &PaperOutcome) -> String {
