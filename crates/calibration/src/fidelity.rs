@@ -26,7 +26,7 @@ use granchain_model::{
 use granchain_record::run_log::RunLogError;
 use granchain_signal::Series;
 
-/// Factor on the mesh density of the finer bodies.
+/// Factor on the mesh density of the finer bodies, and on the number of their steps.
 pub const FINER: f64 = 1.5;
 
 /// Why a batch of runs is incomplete.
@@ -97,15 +97,17 @@ pub fn reduced_below(scene: &Scene) -> Option<Scene> {
     (scene.model.kind == ModelKind::Fea).then_some(reduced)
 }
 
-/// The scene on a mesh 1.5 times as dense, if its model has a mesh.
+/// The scene with a mesh 1.5 times as dense and a step 1.5 times as short, or the next shorter that divides the output step, if its model has a mesh.
 fn finer_scene(scene: &Scene) -> Option<Scene> {
     let mut scene = scene.clone();
-    let finer = |density: u32| (f64::from(density) * FINER).round() as u32;
-    match scene.model.kind {
+    let (density, step) = match scene.model.kind {
         ModelKind::Chain => return None,
-        ModelKind::Reduced => scene.model.reduced.density = finer(scene.model.reduced.density),
-        ModelKind::Fea => scene.model.fea.density = finer(scene.model.fea.density),
-    }
+        ModelKind::Reduced => (&mut scene.model.reduced.density, &mut scene.model.reduced.step),
+        ModelKind::Fea => (&mut scene.model.fea.density, &mut scene.model.fea.step),
+    };
+    *density = (f64::from(*density) * FINER).round() as u32;
+    let steps = (scene.output_step / *step).round().max(1.0);
+    *step = scene.output_step / (FINER * steps).ceil();
     Some(scene)
 }
 

@@ -3,7 +3,7 @@
 //! Near an answer V_above(t) − V_chain(t) = D₀(t) + D(t) z + R(t) with z about the answer in units of the pairs' spread. D₀ + D z is added to every run
 //! of the chain; R, what a pair leaves, joins the covariance as columns.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 use super::{
     ensemble::{beside, solved},
@@ -23,8 +23,19 @@ pub(crate) struct Difference {
     lower: Vec<Vec<f64>>,
     /// D₀ and D, a column each.
     coefficients: Mat<f64>,
-    /// R of every pair over √(n − k), with what is not known of D₀.
+    /// R of every pair over √(n − k), with what is not known of D₀; then what is not known of the change by a finer mesh.
     pub(super) columns: Mat<f64>,
+    pairs: usize,
+    /// That change, where it is known.
+    pub(super) mesh: Option<Mesh>,
+}
+
+/// What a finer mesh changes of a trace.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Mesh {
+    pub change: Vec<f64>,
+    /// Cycles of a run in which that is too much of it for a correction.
+    pub coarse: Vec<bool>,
 }
 
 impl Difference {
@@ -47,7 +58,22 @@ impl Difference {
         let Regression { coefficients, residuals, freedom } = Regression::of(&points, traces.as_ref(), false)?;
         let scale = ((1.0 + 1.0 / pairs as f64) / freedom).sqrt();
         let columns = Mat::from_fn(len, pairs, |t, pair| scale * residuals[(t, pair)]);
-        Some(Self { centre: centre.to_vec(), lower: lower.to_vec(), coefficients, columns })
+        Some(Self { centre: centre.to_vec(), lower: lower.to_vec(), coefficients, columns, pairs, mesh: None })
+    }
+
+    /// The same with what a finer mesh changes, and columns of what is not known of that.
+    pub fn with(self, mesh: Mesh, unknown: &Mat<f64>) -> Self {
+        let rows = mesh.change.len().min(self.columns.nrows());
+        let change = |t: usize, j: usize| if j == 0 { mesh.change[t] } else { 0.0 };
+        let coefficients =
+            Mat::from_fn(rows, self.coefficients.ncols(), |t, j| self.coefficients[(t, j)] + change(t, j));
+        let columns = beside(&[self.columns.as_ref().subrows(0, rows), unknown.as_ref().subrows(0, rows)]);
+        Self { coefficients, columns, mesh: Some(mesh), ..self }
+    }
+
+    /// What is not known of the change from the chain alone.
+    pub fn of_pairs(&self) -> MatRef<'_, f64> {
+        self.columns.as_ref().subcols(0, self.pairs)
     }
 
     /// The same for a bench that is altered a little: the whole of D₀ is uncertain.

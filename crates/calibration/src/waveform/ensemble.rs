@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::{
     columns::Nuisances,
+    difference::Mesh,
     minimum::minimum,
     record::RecordTrace,
     regression::{Covariance, Misfit, Regression, slopes, terms},
@@ -89,6 +90,8 @@ pub(super) struct Known<'a> {
     pub level: Option<(usize, Vec<f64>)>,
     /// For every record: mean change of a trace with a finer step, and columns of its uncertainty.
     pub correction: Vec<(Vec<f64>, Mat<f64>)>,
+    /// For every record, what a finer mesh changes, where that is known.
+    pub meshes: Vec<Option<&'a Mesh>>,
 }
 
 /// Parameters inferred from the records.
@@ -137,7 +140,7 @@ fn widening(covered: f64) -> f64 {
 }
 
 /// Adds the entries `of` row and column to a square matrix.
-fn add(matrix: &mut [Vec<f64>], of: impl Fn(usize, usize) -> f64) {
+pub(super) fn add(matrix: &mut [Vec<f64>], of: impl Fn(usize, usize) -> f64) {
     for (i, row) in matrix.iter_mut().enumerate() {
         row.iter_mut().enumerate().for_each(|(j, entry)| *entry += of(i, j));
     }
@@ -197,11 +200,12 @@ impl Ensemble {
         let last = len.min(end).saturating_sub(EDGE * cycle);
         let square = |t: usize| (regression.coefficients[(t, 0)].powi(2), Self::variance(known, number, regression, t));
         let first = onset / cycle + 1;
-        let parts = (first..last / cycle).find(|number| {
-            let (mean, rest) = (number * cycle..(number + 1) * cycle)
+        let parts = (first..last / cycle).find(|cycle_number| {
+            let (mean, rest) = (cycle_number * cycle..(cycle_number + 1) * cycle)
                 .map(square)
                 .fold((0.0, 0.0), |sum, (mean, rest)| (sum.0 + mean, sum.1 + rest));
-            rest > PREDICTABLE * (mean + rest)
+            let coarse = known.meshes[number].is_some_and(|mesh| mesh.coarse.get(*cycle_number) == Some(&true));
+            coarse || rest > PREDICTABLE * (mean + rest)
         });
         let predictable = parts.map_or(last, |number| number * cycle).clamp(0, last);
         let to = predictable.max(onset + LEAST_CYCLES * cycle).min(last);
@@ -387,6 +391,31 @@ impl Ensemble {
         let runs: f64 = (0..regression.residuals.ncols()).map(|run| regression.residuals[(t, run)].powi(2)).sum();
         let row = |(_, columns): &(_, Mat<f64>)| (0..columns.ncols()).map(|j| columns[(t, j)].powi(2)).sum::<f64>();
         runs / regression.freedom + known.correction.get(number).map_or(0.0, row)
+    }
+
+    /// What a finer mesh changes of the answer, ln: (J' Σ⁻¹ J)⁻¹ J' Σ⁻¹ D, D the change of the trace. `None` where that is not known.
+    pub fn by_mesh(&self, known: &Known, solution: &Solution) -> Option<Vec<f64>> {
+        let size = self.dimension();
+        let (mut information, mut moved) = (vec![vec![0.0; size]; size], vec![0.0; size]);
+        if let Some(prior) = known.prior {
+            let last = &self.lower[size - 1];
+            add(&mut information, |a, b| last[a] * last[b] / (prior * prior));
+        }
+        for (number, regression) in self.regressions(known)?.iter().enumerate() {
+            let mesh = known.meshes[number]?;
+            let rows = known.records[number].compared(&solution.placed[number]).1;
+            let change = Mat::from_fn(rows.len(), 1, |i, _| mesh.change[rows[i]]);
+            let slopes = slopes_at(regression, &solution.z, self.is_quadratic(), &rows);
+            let within = self.compared(known, number, regression, rows)?;
+            let inner = within.covariance.inner(slopes.as_ref(), beside(&[slopes.as_ref(), change.as_ref()]).as_ref());
+            add(&mut information, |a, b| inner[(a, b)]);
+            moved.iter_mut().enumerate().for_each(|(a, sum)| *sum += inner[(a, size)]);
+        }
+        let unit = self.outside(&inverse(&information));
+        // The derivatives are those of z.
+        let back = nalgebra::DMatrix::from_fn(size, size, |a, b| self.lower[a][b]).transpose().try_inverse()?;
+        let moved = back * nalgebra::DVector::from_vec(moved);
+        Some(unit.iter().map(|row| row.iter().zip(moved.iter()).map(|(a, b)| a * b).sum()).collect())
     }
 
     /// Covariance of ln from that of z.

@@ -215,7 +215,7 @@ pub(crate) fn fit_above(
     let [found, _] = start::search(&sources, &[at.to_vec()], seed)?;
     // Where the chain is far off, other pairs may lead elsewhere.
     (1..=TRIES).fold(better(first, turns(&sources, found, seed)), |best, tried| {
-        if best.as_ref().is_some_and(|fit| fit.p >= AGAIN) || !sources.goes_on() {
+        if best.as_ref().is_none_or(|fit| fit.p >= AGAIN || !fit.decides()) || !sources.goes_on() {
             return best;
         }
         better(best, turns(&sources, start::about(&sources, at, deviations), seed.wrapping_add(tried)))
@@ -273,7 +273,7 @@ pub(crate) fn bound(records: Vec<Compared>, at: &[f64], deviations: &[f64], seed
     let of = |factor: f64| {
         let mut solution = bound.clone();
         solution.covariance.iter_mut().flatten().for_each(|entry| *entry *= factor * factor);
-        fit_of(&rounds, Answer { solution, p: 1.0, residuals: vec![], mesh: None })
+        fit_of(&rounds, Answer { solution, p: 1.0, residuals: vec![] })
     };
     let (bound, expected) = (of(1.0).covariance, of(factor));
     Some(WaveformBound { bound, decides: expected.decides(), cycles: expected.cycles, expected: expected.covariance })
@@ -345,6 +345,6 @@ fn fit_of(rounds: &Rounds, answer: Answer) -> WaveformFit {
         difference: sources.records[0].difference.clone(),
         residuals: answer.residuals,
         pairs: Vec::new(),
-        mesh: answer.mesh,
+        mesh: sources.records[0].mesh.clone(),
     }
 }

@@ -7,12 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{
-    ensemble::{Ensemble, Known, Placed, Solution, solved},
+    ensemble::{Ensemble, Known, Placed, Solution, add, solved},
     residual::Residual,
-    source::Sources,
+    source::{LEFT_STEADY, Sources},
     start::Start,
 };
-use crate::{discrepancy::Discrepancy, search::SearchState};
+use crate::search::SearchState;
 use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 
 /// Runs of the first round, and of every further one.
@@ -96,8 +96,6 @@ pub(super) struct Answer {
     pub solution: Solution,
     pub p: f64,
     pub residuals: Vec<Residual>,
-    /// What a finer mesh changes of the features.
-    pub mesh: Option<Discrepancy>,
 }
 
 impl Rounds {
@@ -269,7 +267,7 @@ impl Rounds {
             self.aim(&bound, false);
             (bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;
         }
-        let (pooled, known, _) = self.corrected(&bound)?;
+        let (pooled, known) = self.corrected(&bound)?;
         let (bound, factor) = pooled.bound(&known, &self.shifts)?;
         Some((self, bound, factor))
     }
@@ -326,25 +324,29 @@ impl Rounds {
         self.latest.as_ref().filter(|_| !self.failed)
     }
 
-    /// Runs of all rounds near a point, what is known with their correction for a finer step or mesh, and the mesh's change of the features.
-    fn corrected(&self, about: &Solution) -> Option<(Ensemble, Known<'_>, Option<Discrepancy>)> {
-        let (correction, mesh) = self.sources.finer(self.runs, &about.at);
+    /// Runs of all rounds near a point, and what is known with their correction for a finer step.
+    fn corrected(&self, about: &Solution) -> Option<(Ensemble, Known<'_>)> {
+        let correction = self.sources.finer(self.runs, &about.at);
         let longest = |record: usize| correction.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
         let ensemble = self.near(about, MOST_TOGETHER, &longest)?;
-        Some((ensemble, Known { correction, ..self.known() }, mesh))
+        Some((ensemble, Known { correction, ..self.known() }))
     }
 
     /// What the last rounds say together, by runs corrected for their step.
     pub fn answer(&self) -> Option<Answer> {
         let latest = self.latest()?;
-        let (ensemble, known, mesh) = self.corrected(latest)?;
-        let solution = ensemble.solve(&known, &self.shifts, false)?;
+        let (ensemble, known) = self.corrected(latest)?;
+        let mut solution = ensemble.solve(&known, &self.shifts, false)?;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(1);
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
         let shots = self.sources.alpha().filter(|_| self.sources.records() > 1 && self.sources.shares_level());
         let residuals = ensemble.residuals(&known, &solution, shots)?;
-        Some(Answer { solution, p, residuals, mesh })
+        // An error of the mesh that looks like a change of the parameters is seen by no residual.
+        if let Some(by) = ensemble.by_mesh(&self.sources.without_mesh(), &solution) {
+            add(&mut solution.covariance, |a, b| LEFT_STEADY * LEFT_STEADY * by[a] * by[b]);
+        }
+        Some(Answer { solution, p, residuals })
     }
 }
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{
     BETWEEN,
     columns::Nuisances,
-    difference::{Difference, differences},
+    difference::{Difference, Mesh, differences},
     ensemble::{Known, beside},
     record::{RecordTrace, whitened},
     rounds::diagonal,
@@ -34,6 +34,12 @@ pub(crate) const USUAL_RUNS: u64 = (2 * PAIRS_ABOVE + 2 * FIDELITY_PAIRS) as u64
 
 const FEWEST_PAIRS: usize = 4;
 
+/// Share of a mesh's change that is not known for the whole trace; as much differs from part to part.
+pub(super) const LEFT_STEADY: f64 = LEFT * std::f64::consts::FRAC_1_SQRT_2;
+
+/// Cycles over which the error of a correction for the mesh keeps its sign.
+const STEADY: f64 = 4.0;
+
 /// One record and what makes its runs.
 #[derive(Clone)]
 pub(super) struct Source {
@@ -44,6 +50,8 @@ pub(super) struct Source {
     /// The model above the chain that answers, and what it changes near a point.
     pub above: Option<FidelityLevel>,
     pub difference: Option<Arc<Difference>>,
+    /// What a finer mesh changes of the features.
+    pub mesh: Option<Discrepancy>,
 }
 
 #[derive(Clone)]
@@ -78,7 +86,7 @@ impl Source {
         let peak = along.iter().fold(f64::MIN_POSITIVE, |most, x| f64::max(most, x.abs()));
         [&mut along, &mut across].into_iter().flatten().for_each(|x| *x /= peak);
         let nuisances = Nuisances::new(forward.comparison.sensitivity, [along, across], scene.drive.frequency);
-        Self { forward, noise, trace, nuisances, above: None, difference: None }
+        Self { forward, noise, trace, nuisances, above: None, difference: None, mesh: None }
     }
 }
 
@@ -101,7 +109,21 @@ impl Sources {
             prior: self.modulus,
             level: self.level(),
             correction: self.differing(),
+            meshes: self.meshes(),
         }
+    }
+
+    fn meshes(&self) -> Vec<Option<&Mesh>> {
+        self.records.iter().map(|source| source.difference.as_ref()?.mesh.as_ref()).collect()
+    }
+
+    /// What is known but for the mesh of a model above the chain.
+    pub fn without_mesh(&self) -> Known<'_> {
+        let of = |source: &Source| {
+            let columns = source.difference.as_ref()?.of_pairs().to_owned();
+            Some((vec![0.0; columns.nrows()], columns))
+        };
+        Known { correction: self.records.iter().map(of).collect::<Option<_>>().unwrap_or_default(), ..self.known() }
     }
 
     /// What is not known of the model above the chain, of every record; empty where there is none.
@@ -127,7 +149,16 @@ impl Sources {
             let own = source.forward.waveforms(NUMBERED + first, &points, noise, show);
             let (own, lower_runs) = source.with_features(&points, own);
             let (above, upper_runs) = source.runs_above(source.above.as_ref()?, NUMBERED + first, &points);
-            source.difference = Some(Arc::new(Difference::of((&start.centre, &lower), &at, own, above)?));
+            let mut difference = Difference::of((&start.centre, &lower), &at, own, above)?;
+            // The first pairs only say where the answer lies.
+            let finer =
+                (first > 0).then(|| source.meshed(NUMBERED + first + PAIRS_ABOVE as u64, self.point(&start.centre)));
+            if let Some((mesh, unknown, features)) = finer.flatten() {
+                source.trace.sigma = source.trace.sigma.hypot(UNLIKE * usual(&mesh.change));
+                source.mesh = features;
+                difference = difference.with(mesh, &unknown);
+            }
+            source.difference = Some(Arc::new(difference));
             pairs = lower_runs.into_iter().zip(upper_runs).map(|(lower, upper)| Pair { lower, upper }).collect();
         }
         Some((sources, pairs))
@@ -236,23 +267,37 @@ impl Sources {
         any
     }
 
-    /// What a finer step of the model that answers changes at a point, or a finer mesh, by runs numbered from `first`, with what is not known of that
-    /// model. Empty where nothing is known of it. For a mesh also what it changes of the features.
-    pub fn finer(&self, first: u64, at: &[f64]) -> (Vec<Correction>, Option<Discrepancy>) {
+    /// What a finer step changes at a point, by runs numbered from `first`, with what is not known of a model above the chain, whose difference holds that
+    /// of a finer mesh. Empty where nothing is known of it.
+    pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
+        let differing = self.differing();
+        if self.records.iter().any(|source| source.above.is_some()) {
+            return differing;
+        }
         let of = |source: &Source| source.finer(NUMBERED + first, self.point(at));
         let finer = self.records.par_iter().map(of).collect::<Option<Vec<_>>>().unwrap_or_default();
-        let (finer, mut features): (Vec<Correction>, Vec<Option<Discrepancy>>) = finer.into_iter().unzip();
-        let (differing, features) = (self.differing(), features.pop().flatten());
         if finer.is_empty() || differing.is_empty() {
-            return (if finer.is_empty() { differing } else { finer }, features);
+            return if finer.is_empty() { differing } else { finer };
         }
         let both = |((mean, finer), (_, differing)): (Correction, Correction)| {
             let rows = mean.len().min(differing.nrows());
             let columns = beside(&[finer.as_ref().subrows(0, rows), differing.as_ref().subrows(0, rows)]);
             (mean[..rows].to_vec(), columns)
         };
-        (finer.into_iter().zip(differing).map(both).collect(), features)
+        finer.into_iter().zip(differing).map(both).collect()
     }
+}
+
+/// Mean square of every cycle of a trace.
+fn squares(trace: &[f64]) -> impl Iterator<Item = f64> {
+    trace.chunks_exact(SAMPLES_PER_CYCLE).map(|cycle| cycle.iter().map(|v| v * v).sum::<f64>() / cycle.len() as f64)
+}
+
+/// Median of a trace's root mean squares over a cycle.
+fn usual(trace: &[f64]) -> f64 {
+    let mut squares: Vec<f64> = squares(trace).collect();
+    squares.sort_by(f64::total_cmp);
+    squares.get(squares.len() / 2).map_or(0.0, |square| square.sqrt())
 }
 
 /// Evenly spaced numbers of mean 0 and mean square 1.
@@ -263,14 +308,27 @@ fn levels(count: usize) -> Vec<f64> {
     (0..count).map(|number| if count > 1 { (2.0 * number as f64 / last - 1.0) / deviation } else { 0.0 }).collect()
 }
 
-/// Mean of `error` times the differences, and what is not known of it: a column a difference.
+/// What is not known of a mesh's change: a share of it for the whole trace, and one that differs every [`STEADY`] cycles.
+fn left(mean: &[f64]) -> Mat<f64> {
+    let length = STEADY * SAMPLES_PER_CYCLE as f64;
+    let parts = (mean.len() as f64 / length).ceil() as usize + 1;
+    // At every instant the squares of both add up to LEFT².
+    let share = |t: usize, part: Option<usize>| {
+        let apart = part.map_or(0.0, |part| (t as f64 / length - part as f64).abs().min(1.0));
+        LEFT_STEADY * (std::f64::consts::FRAC_PI_2 * apart).cos()
+    };
+    Mat::from_fn(mean.len(), parts + 1, |t, column| share(t, column.checked_sub(1)) * mean[t])
+}
+
+/// Mean of `error` times the differences, and what a run differs from it by: a column a difference.
 fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>, error: f64) -> Option<Correction> {
     let finished = differences(own, finer).into_iter().flatten();
     let apart: Vec<Vec<f64>> = finished.map(|apart| apart.into_iter().map(|apart| error * apart).collect()).collect();
     let count = apart.len() as f64;
     let len = apart.iter().map(Vec::len).min().filter(|_| apart.len() >= FEWEST_PAIRS)?;
     let mean: Vec<f64> = (0..len).map(|t| apart.iter().map(|one| one[t]).sum::<f64>() / count).collect();
-    let scale = (count * (count - 1.0)).sqrt().recip();
+    // The record is one run of its own.
+    let scale = ((1.0 + 1.0 / count) / (count - 1.0)).sqrt();
     let columns = Mat::from_fn(len, apart.len(), |t, i| scale * (apart[i][t] - mean[t]));
     Some((mean, columns))
 }
@@ -305,22 +363,35 @@ impl Source {
         (self.whitened(traces), runs)
     }
 
-    /// What a finer step or mesh changes at a point; for a mesh with its change of the features.
-    fn finer(&self, first: u64, point: Point) -> Option<(Correction, Option<Discrepancy>)> {
-        if let Some(above) = &self.above {
-            let (points, finer) = (vec![point; FIDELITY_PAIRS], above.finer()?);
-            let [(own, runs), (finer, finer_runs)] = [above, finer].map(|level| self.runs_above(level, first, &points));
-            let (mean, columns) = correction(own, finer, MESH_ERROR)?;
-            let left = Mat::from_fn(mean.len(), 1, |t, _| LEFT * mean[t]);
-            let columns = beside(&[columns.as_ref(), left.as_ref()]);
-            return Some(((mean, columns), Discrepancy::of(&runs, &finer_runs, MESH_ERROR)));
-        }
+    /// What a finer mesh of the model above changes at a point, columns of what is not known of that, and what it changes of the features.
+    fn meshed(&self, first: u64, point: Point) -> Option<(Mesh, Mat<f64>, Option<Discrepancy>)> {
+        let (points, above) = (vec![point; FIDELITY_PAIRS], self.above.as_ref()?);
+        let [(own, runs), (finer, finer_runs)] =
+            [above, above.finer()?].map(|level| self.runs_above(level, first, &points));
+        let features = Discrepancy::of(&runs, &finer_runs, MESH_ERROR);
+        let one = own.iter().flatten().next()?.clone();
+        let (change, columns) = correction(own, finer, MESH_ERROR)?;
+        let noise = (self.trace.sigma / LEFT).powi(2);
+        let cycles = squares(&change).zip(squares(&one));
+        let coarse = cycles.map(|(change, signal)| change > COARSE * COARSE * signal + noise).collect();
+        let unknown = beside(&[columns.as_ref(), left(&change).as_ref()]);
+        Some((Mesh { change, coarse }, unknown, features))
+    }
+
+    /// What a finer step of the chain changes at a point.
+    fn finer(&self, first: u64, point: Point) -> Option<Correction> {
         let finer = Self { forward: self.forward.refined()?, ..self.clone() };
         let points = vec![point; PAIRS];
         let (own, finer) = rayon::join(|| self.runs(first, &points, None), || finer.runs(first, &points, None));
-        Some((correction(own?, finer?, CHAIN_ERROR)?, None))
+        correction(own?, finer?, CHAIN_ERROR)
     }
 }
+
+/// Error of the mesh that is unlike the change by a finer one, over that change; taken as noise.
+const UNLIKE: f64 = 0.15;
+
+/// Largest change by a finer mesh, over the trace, that a correction describes; one that is lost in the noise may be larger.
+const COARSE: f64 = 0.2;
 
 /// Number of the first run of this stage: above all others.
 const NUMBERED: u64 = 1 << 34;

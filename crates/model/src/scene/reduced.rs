@@ -3,7 +3,7 @@
 use super::{Elements, fea::DEFAULT_CONTACT_PATCH};
 
 /// Default mesh density of the reduced model, 1.
-pub(crate) const DEFAULT_REDUCED_DENSITY: u32 = 12;
+pub(crate) const DEFAULT_REDUCED_DENSITY: u32 = 16;
 /// Default step of the reduced model, s.
 pub(crate) const DEFAULT_REDUCED_STEP: f64 = 5e-8;
 /// Default number of elastic modes of a body, 1.

@@ -434,7 +434,7 @@ pub const KEYS: &[Key] = &[
         .usually("reduced; the chain of `replay --ensemble`, of several records and of pressures"),
     count("model.mesh_density", (2, 128), "mesh density n at a contact; element size is proportional to 1/n")
         .value(|scene| Some(whole(meshing(scene)?.density)))
-        .usually("12")
+        .usually("16 (reduced), 12 (fea)")
         .when(MESHED),
     word::<Elements>("model.elements", "8-node quadrilaterals, or with 6-node triangles at the contacts")
         .value(|scene| text(meshing(scene)?.elements.name()))
