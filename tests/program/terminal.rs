@@ -100,7 +100,7 @@ fn every_run_names_its_model() {
     let bench = bench();
     for (command, model) in [
         ("replay --scene rigid --model chain", "  model      chain: Hertz contacts, adaptive steps"),
-        ("replay --scene rigid", "  model      reduced: mesh density 12"),
+        ("replay --scene rigid", "  model      reduced: mesh density 16"),
         (
             "replay --scene rigid --model fea --set model.mesh_density=3 --set duration=10us",
             "  model      fea: mesh density 3, trapezoid",

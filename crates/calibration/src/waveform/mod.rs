@@ -10,6 +10,7 @@ mod columns;
 mod difference;
 mod ensemble;
 mod minimum;
+mod p_value;
 mod record;
 mod regression;
 mod residual;
