@@ -349,6 +349,16 @@ mod tests {
     use granchain_signal::feature::fingerprint::FeatureSet;
 
     #[test]
+    fn the_finer_level_has_one_and_a_half_times_the_elements_and_at_least_as_many_more_steps() {
+        let scene = fidelity_scene(&scene::load("annulus", &["model.kind=reduced".into()]).unwrap());
+        let finer = finer_scene(&scene).unwrap();
+        let steps = |scene: &Scene| (scene.output_step / scene.model.reduced.step).round();
+        assert_eq!((steps(&scene), steps(&finer)), (2.0, 3.0));
+        assert_eq!((scene.model.reduced.density, finer.model.reduced.density), (16, 24));
+        assert_eq!(finer.output_step, scene.output_step);
+    }
+
+    #[test]
     fn runs_that_can_go_side_by_side_have_one_support_and_others_have_not() {
         let overrides = ["chain.beads=2", "drive.cycles=20", "duration=420us"].map(String::from);
         let scene = scene::load("annulus", &overrides).unwrap();

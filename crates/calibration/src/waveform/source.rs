@@ -438,7 +438,18 @@ pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::levels;
+    use super::{left, levels};
+    use crate::discrepancy::LEFT;
+
+    #[test]
+    fn as_much_of_a_meshs_change_is_unknown_at_every_instant() {
+        let change: Vec<f64> = (0..500).map(|t| 1.0 + f64::from(t)).collect();
+        let columns = left(&change);
+        for (t, change) in change.iter().enumerate() {
+            let variance: f64 = (0..columns.ncols()).map(|j| columns[(t, j)].powi(2)).sum();
+            assert!((variance / (LEFT * change).powi(2) - 1.0).abs() < 1e-12, "{t}");
+        }
+    }
 
     #[test]
     fn levels_of_the_stiffness_are_even_and_have_the_deviation_of_draws() {
