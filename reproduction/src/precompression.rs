@@ -14,7 +14,7 @@ pub const FORCES: [f64; 11] = [0.0, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e
 /// The order of magnitude at and below which the companion work finds impulses, N.
 pub const COMPANION_FORCE: f64 = 0.01;
 
-/// Mesh density of meshed bodies: 12, the usual one, does not feel the overlap of 1.2 nm under the smallest force.
+/// Mesh density of meshed bodies: 12 does not feel the overlap of 1.2 nm under the smallest force.
 const MESH_DENSITY: u32 = 16;
 
 /// One law over the static force.
