@@ -309,7 +309,7 @@ impl Ensemble {
     /// factor by which the standard deviations of an answer are larger. Values of the records are not used, only which samples are compared.
     pub fn bound(&self, known: &Known, shifts: &[f64]) -> Option<(Solution, f64)> {
         let dimension = self.dimension();
-        let mut information = vec![vec![0.0; dimension]; dimension];
+        let mut information = self.prior(known);
         let (mut placed, mut samples, mut covered) = (Vec::new(), 0.0, 0.0);
         for (number, (regression, shift)) in self.regressions(known)?.iter().zip(shifts).enumerate() {
             let window = Self::place(known, number, regression, *shift);
@@ -324,10 +324,6 @@ impl Ensemble {
             add(&mut information, |a, b| inner[(a, b)]);
             covered = f64::max(covered, self.covered(&within, regression));
             placed.push(window);
-        }
-        if let Some(prior) = known.prior {
-            let last = &self.lower[dimension - 1];
-            add(&mut information, |a, b| last[a] * last[b] / (prior * prior));
         }
         let covariance = self.outside(&inverse(&information));
         let (z, at) = (vec![0.0; dimension], self.centre.clone());
@@ -387,11 +383,7 @@ impl Ensemble {
     /// What a finer mesh changes of the answer, ln: (J' Σ⁻¹ J)⁻¹ J' Σ⁻¹ D, D the change of the trace. `None` where that is not known.
     pub fn by_mesh(&self, known: &Known, solution: &Solution) -> Option<Vec<f64>> {
         let size = self.dimension();
-        let (mut information, mut moved) = (vec![vec![0.0; size]; size], vec![0.0; size]);
-        if let Some(prior) = known.prior {
-            let last = &self.lower[size - 1];
-            add(&mut information, |a, b| last[a] * last[b] / (prior * prior));
-        }
+        let (mut information, mut moved) = (self.prior(known), vec![0.0; size]);
         for (number, regression) in self.regressions(known)?.iter().enumerate() {
             let mesh = known.meshes[number]?;
             let rows = known.records[number].compared(&solution.placed[number]).1;
@@ -402,11 +394,21 @@ impl Ensemble {
             add(&mut information, |a, b| inner[(a, b)]);
             moved.iter_mut().enumerate().for_each(|(a, sum)| *sum += inner[(a, size)]);
         }
-        let unit = self.outside(&inverse(&information));
-        // The derivatives are those of z.
-        let back = nalgebra::DMatrix::from_fn(size, size, |a, b| self.lower[a][b]).transpose().try_inverse()?;
-        let moved = back * nalgebra::DVector::from_vec(moved);
-        Some(unit.iter().map(|row| row.iter().zip(moved.iter()).map(|(a, b)| a * b).sum()).collect())
+        let times = |rows: &[Vec<f64>], x: &[f64]| -> Vec<f64> {
+            rows.iter().map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
+        };
+        Some(times(&self.lower, &times(&inverse(&information), &moved)))
+    }
+
+    /// Information that the prior gives of z.
+    pub(super) fn prior(&self, known: &Known) -> Vec<Vec<f64>> {
+        let size = self.dimension();
+        let mut information = vec![vec![0.0; size]; size];
+        if let Some(prior) = known.prior {
+            let last = &self.lower[size - 1];
+            add(&mut information, |a, b| last[a] * last[b] / (prior * prior));
+        }
+        information
     }
 
     /// Covariance of ln from that of z.

@@ -28,11 +28,7 @@ impl Ensemble {
             let part = self.only(&kept);
             let regressions = part.regressions(known)?;
             let mut sums: Vec<(f64, Vec<f64>)> = vec![(0.0, vec![0.0; self.dimension()]); out.len()];
-            let mut information = vec![vec![0.0; self.dimension()]; self.dimension()];
-            if let Some(prior) = known.prior {
-                let last = &self.lower[self.dimension() - 1];
-                add(&mut information, |i, j| last[i] * last[j] / (prior * prior));
-            }
+            let mut information = self.prior(known);
             for (number, regression) in regressions.iter().enumerate() {
                 let (record, placed) = (known.records[number], solution.placed[number]);
                 let (_, rows) = record.compared(&placed);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::{
@@ -108,7 +108,7 @@ impl Sources {
             nuisances: self.records.iter().map(|source| source.nuisances.clone()).collect(),
             prior: self.modulus,
             level: self.level(),
-            correction: self.differing(),
+            correction: self.differing(|difference| difference.columns.as_ref()),
             meshes: self.meshes(),
         }
     }
@@ -119,17 +119,13 @@ impl Sources {
 
     /// What is known but for the mesh of a model above the chain.
     pub fn without_mesh(&self) -> Known<'_> {
-        let of = |source: &Source| {
-            let columns = source.difference.as_ref()?.of_pairs().to_owned();
-            Some((vec![0.0; columns.nrows()], columns))
-        };
-        Known { correction: self.records.iter().map(of).collect::<Option<_>>().unwrap_or_default(), ..self.known() }
+        Known { correction: self.differing(Difference::of_pairs), ..self.known() }
     }
 
     /// What is not known of the model above the chain, of every record; empty where there is none.
-    fn differing(&self) -> Vec<Correction> {
+    fn differing(&self, columns: impl Fn(&Difference) -> MatRef<'_, f64>) -> Vec<Correction> {
         let of = |source: &Source| {
-            let columns = source.difference.as_ref()?.columns.clone();
+            let columns = columns(source.difference.as_deref()?).to_owned();
             Some((vec![0.0; columns.nrows()], columns))
         };
         self.records.iter().map(of).collect::<Option<_>>().unwrap_or_default()
@@ -270,7 +266,7 @@ impl Sources {
     /// What a finer step changes at a point, by runs numbered from `first`, with what is not known of a model above the chain, whose difference holds that
     /// of a finer mesh. Empty where nothing is known of it.
     pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
-        let differing = self.differing();
+        let differing = self.differing(|difference| difference.columns.as_ref());
         if self.records.iter().any(|source| source.above.is_some()) {
             return differing;
         }
