@@ -2,6 +2,7 @@
 //! the truth, how many right models are called wrong, how many wrong ones are named.
 
 mod bench;
+mod impact;
 mod plan;
 
 use std::{
@@ -50,8 +51,8 @@ const COUNT: u64 = 8;
                   granchain coverage --plan plan.toml --count 40 --out coverage\n  \
                   granchain coverage --plan plan.toml --vary drive=0.4:1.6:0.4")]
 pub struct Arguments {
-    /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; or names such as
-    /// pretrigger,bits (list: docs/validation.md) [default: right]
+    /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; names such as
+    /// pretrigger,bits (list: docs/validation.md); or `impact` alone [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
     /// Recorded quantity, without --scenario only; for a pressure every mount of the disc is fitted [default: velocity]
@@ -137,6 +138,13 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
             None => study.run_here(),
         };
     }
+    if is_impact(&arguments) {
+        let study = impact::Study::new(arguments)?;
+        return match part {
+            Some(part) => parts::write(part, &study, &session),
+            None => study.run_here(),
+        };
+    }
     let study = Study::new(arguments)?;
     match part {
         Some(part) => parts::write(part, &study, &session),
@@ -148,8 +156,13 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 pub(super) fn divisible(arguments: Arguments, typed: &[String]) -> anyhow::Result<Box<dyn Divisible>> {
     Ok(match arguments.plan.clone() {
         Some(path) => Box::new(plan::Study::new(&path, arguments, typed.iter().cloned())?),
+        None if is_impact(&arguments) => Box::new(impact::Study::new(arguments)?),
         None => Box::new(Study::new(arguments)?),
     })
+}
+
+fn is_impact(arguments: &Arguments) -> bool {
+    arguments.scenario.iter().any(|name| name.trim() == impact::NAME)
 }
 
 /// The scenarios that `all`, `right`, `wrong` and names stand for, each once, in the order of the table.
@@ -164,7 +177,12 @@ fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
             name => chosen.push(Condition::named(name).ok_or_else(|| {
                 let known = || all.iter().map(|condition| condition.name());
                 let remedy = closest(name, known()).map_or_else(
-                    || format!("expected all, right, wrong or some of {}", known().collect::<Vec<_>>().join(", ")),
+                    || {
+                        format!(
+                            "expected all, right, wrong, impact or some of {}",
+                            known().collect::<Vec<_>>().join(", ")
+                        )
+                    },
                     |near| format!("did you mean `{near}`?"),
                 );
                 usage(format!("--scenario: unknown scenario `{name}`; {remedy}"))
@@ -316,7 +334,7 @@ fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryRec
             if plan.model == "chain" {
                 "the chain's adaptive integrator"
             } else {
-                "the reduced model on a mesh 1.75 times as dense, at half the step"
+                "the reduced model on a mesh 2.5 times as dense, at half the step"
             },
             plan.model,
             plan.evaluations

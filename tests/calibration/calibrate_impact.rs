@@ -5,7 +5,6 @@ use std::{fmt::Write as _, fs, path::Path};
 use serde_json::Value;
 
 use crate::harness::granchain;
-use granchain::validate::impact::{ImpactCount, impact_synthetic};
 
 /// Hits on a column of the impact bench at a modulus of 120 MPa and a loss of 50 µs, one for each velocity (m/s): files of a sensor of some gain.
 fn hits(folder: &Path, gain: f64, velocities: &[f64]) -> Vec<String> {
@@ -150,18 +149,47 @@ fn what_cannot_be_fitted_is_refused_with_its_place() {
     }
 }
 
+/// Counts of `coverage --scenario impact`: records, intervals that contain the true value, wrongly inconsistent, median width of the modulus.
+fn counted(folder: &Path, more: &[&str]) -> (u64, [u64; 2], u64, f64) {
+    let (code, out, err) =
+        granchain(folder, &[&["coverage", "--scenario", "impact", "--json", "--quiet"], more].concat());
+    assert_eq!(code, 0, "{err}");
+    let summary: Value = serde_json::from_str(&out).unwrap();
+    let whole = |pointer: &str| summary.pointer(pointer).and_then(Value::as_u64).unwrap();
+    let held = ["/count/held/0", "/count/held/1"].map(whole);
+    (whole("/count/count"), held, whole("/count/outside"), number(&summary, "/count/widths/0"))
+}
+
 #[test]
-fn a_few_synthetic_columns_are_fitted_and_none_is_called_inconsistent() {
-    let count = ImpactCount::of(&impact_synthetic(0..4, 11).unwrap());
-    assert!(count.outside == 0 && count.held.iter().all(|held| *held >= 3), "{count:?}");
+fn a_few_synthetic_columns_are_fitted_none_is_called_inconsistent_and_parts_are_the_whole() {
+    let place = tempfile::tempdir().unwrap();
+    let (count, held, outside, _) = counted(place.path(), &["--count", "4", "--seed", "11", "--out", "whole"]);
+    assert!(count == 4 && outside == 0 && held.iter().all(|held| *held >= 3), "{held:?}");
+    for part in ["1/2", "2/2"] {
+        let out = format!("part{}", &part[..1]);
+        let all = ["coverage", "--scenario", "impact", "--count", "4", "--seed", "11", "--part", part, "--out", &out];
+        assert_eq!(granchain(place.path(), &all).0, 0);
+    }
+    assert_eq!(granchain(place.path(), &["merge", "part1", "part2", "--out", "merged"]).0, 0);
+    let read = |folder: &str| fs::read(place.path().join(folder).join("coverage.json")).unwrap();
+    assert!(read("whole") == read("merged"));
+    for wrong in [&["--amplitudes"][..], &["--model", "chain"], &["--scenario", "bits"]] {
+        let all = [&["coverage", "--scenario", "impact"], wrong].concat();
+        let (code, _, err) = granchain(place.path(), &all);
+        assert!(code == 2 && err.contains("takes no other scenario"), "{err}");
+    }
 }
 
 #[test]
 #[ignore = "slow, run by .ci/full"]
-fn ninety_per_cent_intervals_of_modulus_and_loss_cover_the_truth() {
-    let synthetics: Vec<_> = [1, 2, 3].iter().flat_map(|seed| impact_synthetic(0..40, *seed).unwrap()).collect();
-    let count = ImpactCount::of(&synthetics);
+fn ninety_per_cent_intervals_of_modulus_and_loss_contain_the_true_value() {
+    let place = tempfile::tempdir().unwrap();
     // 33 of 40, over three seeds: with a true coverage of 0.9 fewer than 99 of 120 happen in 1 % of all.
-    assert!(count.held.iter().all(|held| *held >= 99), "{count:?}");
-    assert!(count.outside <= 3 && count.widths[0] < 0.3, "{count:?}");
+    let counts = ["1", "2", "3"].map(|seed| counted(place.path(), &["--count", "40", "--seed", seed]));
+    let held = [0, 1].map(|d| counts.iter().map(|count| count.1[d]).sum::<u64>());
+    assert!(held.iter().all(|held| *held >= 99), "{counts:?}");
+    assert!(
+        counts.iter().map(|count| count.2).sum::<u64>() <= 3 && counts.iter().all(|count| count.3 < 0.3),
+        "{counts:?}"
+    );
 }

@@ -24,13 +24,13 @@ use granchain_record::{ReadOptions, read_sensor_bytes};
 use granchain_signal::CausalShape;
 
 /// Hits of one synthetic experiment.
-const HITS: usize = 5;
+pub const HITS: usize = 5;
 
 /// Sampling rate of the records, Hz.
 const RATE: f64 = 51_200.0;
 
 /// Modulus, Pa, and time constant of the loss, s: uniform in the logarithm.
-const TRUTHS: [(&str, [f64; 2]); 2] = [("support_modulus", [20e6, 500e6]), ("support_loss", [1e-5, 1e-4])];
+pub const TRUTHS: [(&str, [f64; 2]); 2] = [("support_modulus", [20e6, 500e6]), ("support_loss", [1e-5, 1e-4])];
 
 /// Largest factor between the true modulus and the one that the scene of the fit states.
 const MISTAKEN: f64 = 2.0;
@@ -84,15 +84,21 @@ impl ImpactCount {
     }
 }
 
-/// Makes and fits the synthetic experiments `numbers`; the same of a seed for any number of threads.
+/// Makes and fits the synthetic experiments `numbers`; the same of a seed for any number of threads. `finished` is called after each.
 ///
 /// # Errors
-/// A record or fit that fails, in words: every one is expected to be fitted.
-pub fn impact_synthetic(numbers: Range<u64>, seed: u64) -> Result<Vec<ImpactSynthetic>, String> {
-    numbers.map(|number| synthetic(number, seed).map_err(|reason| format!("record {number}: {reason}"))).collect()
+/// A record or fit that fails, in words: every one is expected to be fitted; or `stop`.
+pub fn impact_synthetic(
+    numbers: Range<u64>,
+    seed: u64,
+    finished: &dyn Fn(),
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<ImpactSynthetic>, String> {
+    let made = |number| synthetic(number, seed, stop).map_err(|reason| format!("record {number}: {reason}"));
+    numbers.map(|number| made(number).inspect(|_| finished())).collect()
 }
 
-fn synthetic(number: u64, seed: u64) -> Result<ImpactSynthetic, String> {
+fn synthetic(number: u64, seed: u64, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactSynthetic, String> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(number);
     let truth = TRUTHS.map(|(_, [low, high])| low * (high / low).powf(random.random::<f64>()));
@@ -103,8 +109,7 @@ fn synthetic(number: u64, seed: u64) -> Result<ImpactSynthetic, String> {
     let parameters = TRUTHS.into_iter().map(parameter).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
     let experiment =
         Experiment { hits, scene, parameters, unknown: Unknown::default(), evaluations: EVALUATIONS, seed: 1 };
-    let fit =
-        experiment.checked().and_then(|experiment| experiment.fit(&|| false)).map_err(|error| error.to_string())?;
+    let fit = experiment.checked().and_then(|experiment| experiment.fit(stop)).map_err(|error| error.to_string())?;
     let of = |d: usize| &fit.marginals[d];
     Ok(ImpactSynthetic {
         truth,

@@ -1,11 +1,10 @@
-//! `granchain-validate stress`: the hard cases, each check with criterion, measured number and limit; `impact`: coverage of hits of a striker.
+//! `granchain-validate stress`: the hard cases, each check with criterion, measured number and limit.
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use granchain_calibration::predict::{Bodies, replicates::Unwatched};
 use granchain_report::number::{short, significant};
-use granchain_validate::impact::{ImpactCount, impact_synthetic};
 use granchain_validate::stress::{CASES, Check, Limit, StressPlan, run};
 
 #[derive(Debug, Parser)]
@@ -33,20 +32,10 @@ enum What {
         #[arg(long)]
         markdown: bool,
     },
-    /// Synthetic hits of a striker, fitted for modulus and loss of the support: how many intervals hold the truth
-    Impact {
-        #[arg(long, value_name = "N", default_value_t = 40)]
-        count: u64,
-        #[arg(long, value_name = "N", default_value_t = 1)]
-        seed: u64,
-    },
 }
 
 fn main() -> ExitCode {
-    let (cases, quick, set, seed, markdown) = match Arguments::parse().what {
-        What::Stress { cases, quick, set, seed, markdown } => (cases, quick, set, seed, markdown),
-        What::Impact { count, seed } => return impact(count, seed),
-    };
+    let What::Stress { cases, quick, set, seed, markdown } = Arguments::parse().what;
     if let Some(unknown) = cases.iter().find(|number| CASES.iter().all(|case| case.number != **number)) {
         eprintln!("error: --cases {unknown}: there is no such case; cases are 1 to {}", CASES.len());
         return ExitCode::from(2);
@@ -76,26 +65,6 @@ fn main() -> ExitCode {
     let (broken, all) = (outcome.broken().count(), outcome.checks.len());
     println!("{}{} of {all} checks hold", if markdown { "\n" } else { "" }, all - broken);
     ExitCode::from(u8::from(broken > 0))
-}
-
-/// Modulus and loss of the support from synthetic hits.
-fn impact(count: u64, seed: u64) -> ExitCode {
-    let counted = match impact_synthetic(0..count, seed) {
-        Ok(synthetics) => ImpactCount::of(&synthetics),
-        Err(reason) => {
-            eprintln!("error: {reason}; every synthetic record is expected to be fitted");
-            return ExitCode::FAILURE;
-        }
-    };
-    for (d, name) in ["support_modulus", "support_loss"].into_iter().enumerate() {
-        let (width, error) = (significant(counted.widths[d], 2), significant(counted.errors[d], 2));
-        println!(
-            "{name}: {} of {} intervals hold the truth, median ln(high/low) {width}, median error {error}",
-            counted.held[d], counted.count
-        );
-    }
-    println!("inconsistent: {}; p below 0.05: {}", counted.outside, counted.below_five_percent);
-    ExitCode::SUCCESS
 }
 
 /// What was measured, with its unit.
