@@ -122,7 +122,7 @@ struct PartFile {
 impl PartFile {
     /// Read one that holds what it claims to hold.
     fn read(path: &Path) -> anyhow::Result<Self> {
-        let no_part = || format!("{} was not written by --part of this version of granchain", path.display());
+        let no_part = || format!("{}: expected a file that --part wrote", path.display());
         if !path.exists() {
             anyhow::bail!("{}: expected a file written by --part, found none", path.display());
         }

@@ -29,7 +29,7 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     model::{Estimate, ModelError},
-    scene::Scene,
+    scene::{Scene, SceneError},
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
@@ -114,6 +114,11 @@ impl Study {
         let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
         bench.limits = session.limits();
         let base = base(&mut bench, &grid)?;
+        for text in grid.with_units() {
+            if let Err(error @ SceneError::Quantity { .. }) = bench.scene_with(&[text]) {
+                bail!("{}", error.to_string().replacen("--set", "--vary", 1));
+            }
+        }
         session.assumed(&bench.assumptions);
         for warning in bench.warnings() {
             session.note(format_args!("warning: {warning}"));

@@ -61,6 +61,12 @@ fn the_flag_that_was_typed_is_named() {
     let vary =
         |text: &str, code: i32, part: &str| refused(place.path(), &[&sweep[..], &[text]].concat(), code, &[part]);
     vary("chain.colour=1,2", 1, "--vary chain.colour=1: unknown key");
+    vary(
+        "alpha=0.1kg",
+        1,
+        "--vary alpha=0.1 kg: `alpha`: expected a number without unit such as `0.7`, found `0.1 kg`, which is a mass",
+    );
+    vary("drive.amplitude=1mg,2mg", 1, "`drive.amplitude`: expected a length such as `0.5 mm`, found `1e-6 kg`");
     vary("alpha=1:0:0.1", 2, "with a step of 0.1 the values never reach 0 from 1; write alpha=0:1:0.1");
     refused(place.path(), &["mesh", "--scene", "rigid", "--density", "0"], 2, &["a whole number from 2 to 128"]);
     refused(
@@ -110,7 +116,12 @@ fn plans_are_refused_by_line_with_what_is_meant() {
     plan("[uncertainty]\ngap = \"0.3 kg\"", 1, &["p.toml:3: [uncertainty] gap: expected a length", "which is a mass"]);
     plan("[parameters.alpha]\nlow = 2\nhigh = 1", 1, &["p.toml:2: [parameters.alpha]: `low` must be positive"]);
     plan("[parameters.mass]\nlow = 1\nhigh = 2", 1, &["p.toml:2: [parameters.mass]: `mass` is not a parameter"]);
-    refused(place.path(), &["calibrate", "--plan", "nope.toml"], 1, &["nope.toml: no such file"]);
+    refused(
+        place.path(),
+        &["calibrate", "--plan", "nope.toml"],
+        1,
+        &["nope.toml: expected a plan, found no such file"],
+    );
     let replay = ["replay", "--calibration", "nothere"];
     refused(place.path(), &replay, 1, &["nothere: no such folder; make one with `granchain calibrate --out nothere`"]);
 }

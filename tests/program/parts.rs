@@ -97,7 +97,7 @@ fn parts_of_different_commands_inputs_or_numbers_are_not_merged() {
         let mut altered = whole.clone();
         altered[byte] ^= 1;
         fs::write(folder.join("2.part"), altered).unwrap();
-        refused(folder, &merge, &["2.part was not written by --part"]);
+        refused(folder, &merge, &["2.part: expected a file that --part wrote"]);
     }
     assert!(!folder.join("far").exists());
     fs::write(folder.join("2.part"), whole).unwrap();
@@ -169,7 +169,7 @@ fn a_forged_part_with_a_right_seal_neither_writes_elsewhere_nor_lasts() {
         refused(folder, &merge, &["1.part"]);
     }
     forge(&|file| file["points"] = serde_json::from_str("1e19").unwrap());
-    refused(folder, &merge, &["1.part was not written by --part"]);
+    refused(folder, &merge, &["1.part: expected a file that --part wrote"]);
     forge(&|file| {
         (file["points"], file["part"]["of"]) = (json!(u64::MAX), json!(u64::MAX));
         file["runs"].as_array_mut().unwrap().truncate(1);

@@ -242,7 +242,7 @@ fn supports_that_a_model_cannot_hold_a_bead_with_are_refused() {
     assert_eq!(overridden("annulus", &["model.kind=fea", "chain.radius=0.6mm"]).chain.beads[5].radius, 0.6e-3);
     assert_eq!(
         refusal("annulus", &["model.kind=fea", "chain.radius=0.25mm"]),
-        "built-in scene `annulus`, line 49: the last bead has radius 250 µm and falls through the annulus (opening \
+        "built-in scene `annulus`: the last bead has radius 250 µm and falls through the annulus (opening \
          radius 0.3 mm); use a larger bead, a smaller ring (`support.ring_radius`), or another `support.kind`"
     );
     assert_eq!(

@@ -55,7 +55,7 @@ impl std::fmt::Display for StatedFrequency {
 #[non_exhaustive]
 pub enum JointError {
     #[error(
-        "{found}: expected a drive of {:.4} kHz as in {expected}, found {:.4} kHz; one α holds for one frequency of the horn: correct the \
+        "{found}: expected a drive of {:.4} kHz as {expected} states, found {:.4} kHz; one α holds for one frequency of the horn: correct the \
          frequency, pass --drive-frequency, or fit it by itself", expected.frequency * 1e-3, found.frequency * 1e-3
     )]
     OtherFrequency { found: StatedFrequency, expected: StatedFrequency },

@@ -207,7 +207,7 @@ pub enum Number {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    #[error("{}: no such file", path.display())]
+    #[error("{}: expected a plan, found no such file; check the path", path.display())]
     NotFound { path: PathBuf },
     #[error("{}: the plan cannot be read", path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },

@@ -153,6 +153,7 @@ fn waveform(waveform: &WaveformFit) -> String {
              features were fitted, not the waveform (p of the waveform in this part, not used: {p})."
         );
     }
+    let times = if *reduced < 10.0 { format!("{reduced:.2}") } else { format!("{reduced:.0}") };
     let how_far = if waveform.whole {
         "to its end".into()
     } else {
@@ -165,7 +166,7 @@ fn waveform(waveform: &WaveformFit) -> String {
         ),
     };
     format!(
-        "The waveform was fitted, sample by sample, {how_far}. The mean square residual is {reduced:.2} of the value expected from noise and unknown \
+        "The waveform was fitted, sample by sample, {how_far}. The mean square residual is {times} times the value expected from noise and unknown \
          gaps. The p of the waveform is {p}. {verdict}"
     )
 }

@@ -58,7 +58,7 @@ pub enum GridError {
     WrongStep { key: String, start: String, stop: String, step: String },
     #[error("`{found}`: expected START:STOP:STEP with a step other than 0")]
     NoStep { found: String },
-    #[error("the grid has {points:e} points, more than {MOST_POINTS}; use a coarser step")]
+    #[error("the grid has {points:.0} points, at most {MOST_POINTS} are possible; use a coarser step")]
     TooLarge { points: f64 },
     #[error("`{key}` is varied twice; put its values into one --vary")]
     Twice { key: String },
@@ -201,6 +201,12 @@ impl Grid {
     pub fn place(&self, index: usize, axis: usize) -> usize {
         let behind: usize = self.axes[axis + 1..].iter().map(|axis| axis.values.len()).product();
         index / behind % self.axes[axis].values.len()
+    }
+
+    /// The first value of each axis with the unit it was written with, for a scene to check.
+    pub fn with_units(&self) -> impl Iterator<Item = String> {
+        let written = self.axes.iter().filter(|axis| !axis.unit.is_empty());
+        written.filter_map(|axis| Some(format!("{}={} {}", axis.key, axis.values.first()?, axis.unit)))
     }
 
     /// The overrides of point `index`, as for `--set`: `KEY=VALUE` in SI.

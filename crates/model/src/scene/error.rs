@@ -20,7 +20,6 @@ pub enum Place {
     },
     BuiltIn {
         name: String,
-        line: usize,
     },
     Override {
         text: String,
@@ -34,7 +33,7 @@ impl fmt::Display for Place {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File { path, line, column } => write!(formatter, "{}:{line}:{column}", path.display()),
-            Self::BuiltIn { name, line } => write!(formatter, "built-in scene `{name}`, line {line}"),
+            Self::BuiltIn { name } => write!(formatter, "built-in scene `{name}`"),
             Self::Override { text } => write!(formatter, "--set {text}"),
             Self::Scene { name } => formatter.write_str(name),
         }

@@ -53,7 +53,7 @@ impl<'a> Source<'a> {
         let column = || 1 + self.letters_before(offset) - self.letters_before(self.lines[line - 1]);
         match self.author {
             Author::File(path) => Place::File { path: path.to_owned(), line, column: column() },
-            Author::BuiltIn(name) => Place::BuiltIn { name: name.to_owned(), line },
+            Author::BuiltIn(name) => Place::BuiltIn { name: name.to_owned() },
             // Every item of a list has its place: each holds the beginning of the text only.
             Author::Override(text) => Place::Override { text: beginning(text) },
         }
