@@ -81,7 +81,7 @@ pub enum Contradiction {
         "model `{model}` corrects one record at a time, and several are fitted together here; use --model chain, or fit the records one by one"
     )]
     Together { model: &'static str },
-    #[error("model `{model}` is not used for a chain on a disc (docs/water.md); use --model chain")]
+    #[error("model `{model}` fits neither a pressure nor a chain on a disc (docs/water.md); use --model chain")]
     UpperBeforeDisc { model: &'static str },
     #[error("[uncertainty]: unknown `{name}`; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
