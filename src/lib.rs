@@ -23,8 +23,9 @@
 //!
 //! k comes from the materials and radii of the two bodies (4/3 E* √R*), δ⁰ is the overlap that carries a precompression,
 //! g the initial gaps. The last contact may be a resin annulus with its own force law, or a spring. The drive is a formula or
-//! a recorded horn tip. A calibration asks: which amplitude scale α and which damping coefficient (c or γ) make the
-//! velocity of the pole look like the record, how sure is that, and does the model explain the record at all?
+//! a recorded horn tip. A calibration asks: which α and which damping coefficient (c or γ) make the velocity of the
+//! pole look like the record, how sure is that, and does the model explain the record at all? α is 1 if both sensitivities are right
+//! and the horn's face moves as its recorded point.
 //!
 //! # The pipeline
 //!
@@ -36,7 +37,7 @@
 //!                                   signal: the lab's bandwidth, delay, instants
 //! ```
 //!
-//! | crate | room | what it holds |
+//! | crate | folder | content |
 //! |---|---|---|
 //! | [`granchain_signal`] | (root) | evenly sampled series, quantities with units, filters, resampling, splines |
 //! | | [`feature`] | numbers worth comparing, of record and simulation alike: peaks, lines, distortion, similarity |
@@ -49,30 +50,14 @@
 //! | | [`model::reduced`] | the same bodies in a few modes each |
 //! | | [`model::water`] | disc and water behind the chain |
 //! | | [`model::analytical`] | closed forms that the models are held against |
-//! | [`granchain_calibration`] | (root) | problem, search on the ladder of models, likelihood, posterior, diagnosis, outcome |
+//! | [`granchain_calibration`] | (root) | problem, search, fidelity levels, likelihood, posterior, diagnosis, outcome |
 //! | [`granchain_report`] | (root) | figures, tables, pages |
 //! | granchain | [`cli`] | the `granchain` program, one subcommand a file |
 //!
-//! A crate stands on those above it; between rooms of one crate `tests/architecture.rs` holds us to it. The names below are those of the
+//! A crate uses those above it; between folders of one crate `tests/architecture.rs` checks the imports. The names below are those of the
 //! crates, shortened: [`signal`] is `granchain_signal`, [`measurement`] `granchain_record`, [`study`] the predictive runs of `granchain_calibration`.
 //!
-//! # One concept a name
-//!
-//! | name | concept |
-//! |---|---|
-//! | record | a file of the laboratory, read: samples, instants, units, noise, what was assumed |
-//! | scene | a bench and its drive: everything that a model needs |
-//! | run | one simulation of one scene |
-//! | response | what a run produced |
-//! | feature | a number measured of a trace, the same way of record and response |
-//! | fidelity level | one of the models chain → reduced → finite elements |
-//! | candidate | a damping law, on a mount of the disc where mounts compete |
-//! | fit | a candidate's answer: estimates, posterior, verdict |
-//! | estimate | a fitted parameter with its interval |
-//! | verdict | what a fit says of the model: within scatter, doubtful, outside scatter, not converged |
-//! | outcome | what `calibration.json` says of all candidates |
-//! | synthetic record | a record made by a model with known truth |
-//! | study | many runs for one question, with a page |
+//! Words are explained once, in the Terms of `docs/README.md`.
 //!
 //! ```
 //! use granchain::{feature, model, scene, study::observation};

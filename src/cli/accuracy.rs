@@ -25,7 +25,7 @@ pub struct Arguments {
     /// Built-in scene: rigid, annulus or water; with --full any scene file
     #[arg(long, value_name = "NAME|FILE", default_value = "rigid", help_heading = "Scene")]
     pub scene: String,
-    /// Override one key of the scene, only with --full: a plain number is SI, else with its unit; repeatable
+    /// Override one key of the scene, only with --full: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "full", help_heading = "Scene")]
     pub set: Vec<String>,
     /// Compute the references again and also measure the slowest settings

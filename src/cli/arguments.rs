@@ -167,7 +167,7 @@ pub struct SceneArguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: Option<String>,
-    /// Simulation model [default: the scene's, else reduced]
+    /// Model [default: the scene's, else reduced, or chain if only it can run the scene]
     #[arg(long, value_enum, help_heading = "Scene")]
     pub model: Option<ModelChoice>,
     /// Choose the fastest model and settings with at most this error, such as 1% (`granchain accuracy`). A changed scene keeps the built-in scene's error
@@ -182,7 +182,7 @@ pub struct SceneArguments {
     /// α, the factor on the drive's displacement
     #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
     pub alpha: Option<f64>,
-    /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
+    /// Override one key of the scene: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = assignment, help_heading = "Scene")]
     pub set: Vec<String>,
 }

@@ -61,10 +61,10 @@ pub struct Arguments {
     /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
     pub damping: Vec<String>,
-    /// Plot drive, record and unfitted response, then stop
+    /// Plot drive, record and the unfitted response at the scene's α, then stop
     #[arg(long, help_heading = "Fit")]
     pub dry_run: bool,
-    /// End with exit code 4 if the record is inconsistent with the model (`outside scatter`)
+    /// End with exit code 4 if the verdict is `outside scatter`
     #[arg(long, help_heading = "Fit")]
     pub strict: bool,
     /// Continue the fit that Ctrl-C or a crash left behind
@@ -80,8 +80,9 @@ pub struct Arguments {
     /// Range of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
-    /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap, gap_scale,
-    /// baseline, drive, sensitivity, precompression, support_stiffness, modulus, mass [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
+    /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap (scale
+    /// of a half-normal distribution), drive (half-width of a uniform one), and as standard deviations gap_scale, baseline, sensitivity, precompression,
+    /// support_stiffness, modulus, mass [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
     /// modulus=0.004, mass=0.005, baseline: estimated from the horn-tip record]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,

@@ -52,7 +52,7 @@ const COUNT: u64 = 8;
                   granchain coverage --plan plan.toml --vary drive=0.4:1.6:0.4")]
 pub struct Arguments {
     /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; names such as
-    /// pretrigger,bits (list: docs/validation.md); or `impact` alone [default: right]
+    /// pretrigger,bits (an unknown name lists all); or `impact` alone [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
     /// Recorded quantity, without --scenario only; for a pressure every mount of the disc is fitted [default: velocity]
@@ -74,7 +74,7 @@ pub struct Arguments {
     /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
     #[arg(long, requires = "plan")]
     pub wrong: bool,
-    /// Number of synthetic records for each scenario or experiment, or of benches, with --fit, --quantity or --records [default: 8]
+    /// Synthetic records of each scenario or experiment; with --fit, --quantity or --records: number of benches [default: 8]
     #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
     pub count: Option<u64>,
     /// Number of runs of the chain in each fit [default: as calibrate]

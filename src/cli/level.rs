@@ -22,7 +22,7 @@ pub fn level(text: &str) -> Result<f64, ValueError> {
     let (number, factor) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
     match number.parse::<f64>() {
         Ok(value) if value > 0.0 && value * factor < 1.0 => Ok(value * factor),
-        _ => Err(ValueError::expected("a level above 0 and below 100 % such as `1%`", text)),
+        _ => Err(ValueError::expected("a level such as `1%` or `0.01`, above 0 and below 100 %", text)),
     }
 }
 

@@ -34,10 +34,11 @@ pub struct Arguments {
     /// Built-in scene (see `granchain scene list`) or scene file
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: String,
-    /// Mesh density n; the element size is proportional to 1/n. 8 is fast; 16 to 24 is for reference solutions [default: the scene's, else 12]
+    /// Mesh density n; the element size is proportional to 1/n. 8 is fast; 16 to 24 is for reference solutions [default: the
+    /// scene's, else 12; the reduced model runs with 16]
     #[arg(long, value_name = "N", value_parser = whole(2_u32, Some(128)), help_heading = "Scene")]
     pub density: Option<u32>,
-    /// Override one key of the scene: a plain number is SI, else with its unit; repeatable
+    /// Override one key of the scene: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
     pub set: Vec<String>,
     #[command(flatten)]

@@ -98,6 +98,8 @@ const BENCH_OF_ANY_KIND: &str =
     "File that says how each channel is read (docs/formats.md), flags win over it; needs --kind";
 const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
                                   the record, else the scene's drive]";
+const MODEL_OF_CALIBRATE: &str =
+    "Model that gives the values [default: the scene's, else reduced; chain for several records, a pressure, a disc]";
 
 fn fit_of_calibrate() -> String {
     let names = Parameter::names().join(", ");
@@ -112,6 +114,7 @@ fn command_line() -> clap::Command {
         command
             .mut_arg("out", |out| out.help(OUT_OF_CALIBRATE))
             .mut_arg("drive", |drive| drive.help(DRIVE_OF_CALIBRATE))
+            .mut_arg("model", |model| model.help(MODEL_OF_CALIBRATE))
             .mut_arg("fit", |fit| fit.help(fit_of_calibrate()))
     };
     let of_any_kind = |command: clap::Command, name: &str| {

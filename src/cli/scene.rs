@@ -49,7 +49,7 @@ enum Action {
         /// Print the scene as a TOML file with every key
         #[arg(long)]
         toml: bool,
-        /// Override one key: a plain number is SI, else with its unit; repeatable
+        /// Override one key: a number without unit is SI; repeatable
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
     },
@@ -60,7 +60,7 @@ enum Action {
         /// Scene file or built-in scene
         #[arg(value_name = "FILE|NAME")]
         scene: String,
-        /// Override one key: a plain number is SI, else with its unit; repeatable
+        /// Override one key: a number without unit is SI; repeatable
         #[arg(long = "set", value_name = "KEY=VALUE")]
         set: Vec<String>,
     },

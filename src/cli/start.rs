@@ -50,7 +50,7 @@ pub struct Arguments {
     /// Built-in scene or scene file nearest to the bench [default: annulus; water for a hydrophone]
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: Option<String>,
-    /// Override one key of the scene; a number without unit is SI; repeatable
+    /// Override one key of the scene: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Scene")]
     pub set: Vec<String>,
     /// The plan to write; never replaces a file

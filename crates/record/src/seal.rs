@@ -9,7 +9,7 @@ const DIGITS: usize = 64;
 /// Why a sealed text is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum BrokenSeal {
-    #[error("it is not what this version of granchain writes")]
+    #[error("it does not begin with `granchain-state-1`")]
     Form,
     /// Right format, wrong digest.
     #[error("it was altered or damaged since it was written")]

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Model of all runs [default: reduced; chain for `water`]
     #[arg(long, value_enum)]
     pub model: Option<ModelChoice>,
-    /// Override one key of every scene: a plain number is SI, else with its unit; repeatable
+    /// Override one key of every scene: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Few runs and a coarse grid, for a first look

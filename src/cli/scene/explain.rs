@@ -30,14 +30,14 @@ pub struct Arguments {
     /// Built-in scene or scene file
     #[arg(value_name = "NAME|FILE")]
     pub scene: String,
-    /// Override one key: a plain number is SI, else with its unit; repeatable
+    /// Override one key: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Run the scene with and without each effect and print its cost and influence
     #[arg(long)]
     pub measure: bool,
     /// Accepted error, such as 1%: prints the effects it needs. Implies --measure
-    #[arg(long, value_name = "PERCENT", value_parser = level)]
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
     pub accuracy: Option<f64>,
     #[command(flatten)]
     pub output: OutputArguments,
