@@ -127,7 +127,7 @@ fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
             mass_error: exact.map(|exact| mass / exact - 1.0),
         });
     }
-    let settings = &scene.model.fea;
+    let settings = scene.model.meshing();
     Summary {
         scene: scene.name.clone(),
         density: settings.density,

@@ -129,8 +129,11 @@ fn brief(command: clap::Command) -> clap::Command {
         let hidden = SESSION.contains(&argument.get_id().as_str());
         argument.hide(hidden)
     });
-    let after = command.get_after_help().map(|text| format!("{text}\n\n")).unwrap_or_default();
-    command.after_help(format!("{after}{SESSION_FLAGS}")).mut_subcommands(brief)
+    let with_session = |text: &clap::builder::StyledStr| format!("{text}\n\n{SESSION_FLAGS}");
+    let after = command.get_after_help().map_or_else(|| SESSION_FLAGS.into(), with_session);
+    let long = command.get_after_long_help().map(with_session);
+    let command = command.after_help(after).mut_subcommands(brief);
+    if let Some(long) = long { command.after_long_help(long) } else { command }
 }
 
 impl CommandLine {
@@ -343,7 +346,8 @@ fn report_failure(error: &anyhow::Error) {
     if let Some(remedy) = error.chain().find_map(remedy) {
         let typed = shell_line(std::iter::once(program()).chain(typed().skip(1)));
         message.push_str(&format!(
-            "\n  then type (replace what is in <> or capitals by values of your bench): {typed} {remedy}"
+            "\n  then type (with values of your bench for {}): {typed} {remedy}",
+            if remedy.contains('<') { "what is in <>" } else { "words in capitals" }
         ));
     }
     // Without a standard error there is nobody left to tell.

@@ -113,7 +113,10 @@ impl RecordedRunPlan {
                 (path.clone(), line_of(path).map(|(line, _)| line))
             }
             (None, Some((plan, line))) => (plan.clone(), Some(*line)),
-            (None, None) => (self.source.path().into(), None),
+            (None, None) => match self.stated().filter(|stated| stated.frequency == scene.drive.frequency) {
+                Some(stated) => return stated,
+                None => (format!("the scene `{}`", scene.name).into(), None),
+            },
         };
         StatedFrequency { path, line, frequency: scene.drive.frequency }
     }

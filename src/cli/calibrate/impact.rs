@@ -256,7 +256,9 @@ fn runs(fit: &ImpactFit) -> Vec<u8> {
 }
 
 fn text(outcome: &ImpactOutcome, place: &Path) -> String {
-    let mut text = format!("{}: {}, {} hits of a striker\n", outcome.verdict, outcome.scene, outcome.hits.len());
+    let hits = outcome.hits.len();
+    let s = if hits == 1 { "" } else { "s" };
+    let mut text = format!("{}: {}, {hits} hit{s} of a striker\n", outcome.verdict, outcome.scene);
     text += &crate::report::impact::lines(outcome);
     let here = std::env::current_dir();
     let place: PathBuf = here.map_or(place, |here| place.strip_prefix(here).unwrap_or(place)).join("report.html");

@@ -459,7 +459,7 @@ fn feature_text(key: &str, feature: &FittedFeature, measured: &str) -> String {
     let factor = if key == "negative_peak" { -factor } else { factor };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
     let scatter = feature.scatter.zip(feature.expected).map(|(scatter, expected)| scatter * expected.abs());
-    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({pull:+.1} SD)"));
+    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({pull:+.1} SD)").replace('-', "−"));
     format!(
         "{measured} {}{unit}, model {} ± {}{unit}{deviation}",
         shown(feature.measured),

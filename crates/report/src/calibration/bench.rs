@@ -68,7 +68,7 @@ impl BenchReport {
         }
         let rows = self.rows.iter().map(|row| vec![row.part.clone(), row.value.clone(), row.origin.clone()]);
         blocks.push(Block::Table(Table {
-            caption: "Bench, drive and model of every run. “default”: neither given in a file nor on the command line; “fitted”: the value found by the fit."
+            caption: "Bench, drive and model of the drawn run. “default”: neither given in a file nor on the command line; “fitted”: the value found by the fit."
                 .into(),
             columns: ["Part", "Value", "From"].map(Column::words).into(),
             rows: rows.collect(),

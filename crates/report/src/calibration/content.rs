@@ -29,7 +29,13 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Notice(outcome.warnings.clone()));
     }
     if !outcome.diagnosis.is_empty() {
-        blocks.push(Block::Heading("What would explain the record".into()));
+        let explained = outcome
+            .diagnosis
+            .iter()
+            .any(|finding| finding.p_value.is_none_or(|p| p >= granchain_calibration::agreement::DOUBTFUL));
+        let heading =
+            if explained { "What would explain the record" } else { "What comes nearest to explaining the record" };
+        blocks.push(Block::Heading(heading.into()));
         blocks.push(Block::List(outcome.diagnosis.iter().map(|finding| capitalised(&finding.text)).collect()));
     } else if lead.recorded.is_some() && laws.first().is_some_and(|law| law.fit.verdict == Verdict::OutsideScatter) {
         blocks.push(Block::Paragraph(NO_CAUSE.into()));

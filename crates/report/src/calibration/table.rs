@@ -97,13 +97,13 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     let mut columns = vec![Column::words("Feature")];
     // Without a waveform the column would be empty.
     columns.extend(record.recorded.is_some().then(|| Column::numbers(record.record_label.clone())));
-    columns.extend(["simulated", "SD between runs", "sensitivity"].map(Column::numbers));
+    columns.extend(["simulated", "SD between runs", "for +1 % drive"].map(Column::numbers));
     columns.extend(in_print.then(|| Column::numbers("published")));
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
             "Features over the analysis window{}{}. SD between runs: standard deviation of posterior predictive runs; smaller \
-             differences are not significant. Sensitivity: change of the feature when the drive is increased by 1 %.",
+             differences are not significant. Last column: its change when the drive is increased by 1 %.",
             record.window.map_or_else(String::new, |window| format!(
                 ", {} to {} µs",
                 significant(window.from * 1e6, 4),
@@ -126,7 +126,7 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
             let fit = law.fit;
             let answering = fit.fidelities.iter().rev().find(|fidelity| fidelity.verdict.is_some());
             let runs = answering.map_or_else(String::new, |fidelity| {
-                format!("{} of the model {} ({} failed)", fidelity.runs, fidelity.model, fidelity.failed_runs)
+                format!("{} with the model `{}` ({} not usable)", fidelity.runs, fidelity.model, fidelity.failed_runs)
             });
             law.parameters.iter().enumerate().map(move |(index, parameter)| {
                 let once = |text: String| if index == 0 { text } else { String::new() };
@@ -175,7 +175,7 @@ pub(super) fn fidelities(law: &Law<'_>) -> Table {
             Some(_) => with_interval(own.value, own.low.zip(own.high)),
             None => format!("{} (run there)", short(own.value)),
         });
-        let runs = format!("{} ({} failed)", fidelity.runs, fidelity.failed_runs);
+        let runs = format!("{} ({} not usable)", fidelity.runs, fidelity.failed_runs);
         let verdict = fidelity.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
         [fidelity.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
     });
