@@ -346,7 +346,7 @@ fn report_failure(error: &anyhow::Error) {
     if let Some(remedy) = error.chain().find_map(remedy) {
         let typed = shell_line(std::iter::once(program()).chain(typed().skip(1)));
         message.push_str(&format!(
-            "\n  then type (with values of your bench for {}): {typed} {remedy}",
+            "\n  then type (replace {} by values of your bench): {typed} {remedy}",
             if remedy.contains('<') { "what is in <>" } else { "words in capitals" }
         ));
     }

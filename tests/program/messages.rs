@@ -66,7 +66,11 @@ fn the_flag_that_was_typed_is_named() {
         1,
         "--vary alpha=0.1 kg: `alpha`: expected a number without unit such as `0.7`, found `0.1 kg`, which is a mass",
     );
-    vary("drive.amplitude=1mg,2mg", 1, "`drive.amplitude`: expected a length such as `0.5 mm`, found `1e-6 kg`");
+    vary(
+        "drive.amplitude=1mg,2mg",
+        1,
+        "`drive.amplitude`: expected a length such as `0.5 mm`, found `1e-6 kg`, which is a mass",
+    );
     vary("alpha=1:0:0.1", 2, "with a step of 0.1 the values never reach 0 from 1; write alpha=0:1:0.1");
     refused(place.path(), &["mesh", "--scene", "rigid", "--density", "0"], 2, &["a whole number from 2 to 128"]);
     refused(

@@ -388,9 +388,10 @@ impl Notes {
             }
             if runs >= 2 || longest >= 5 {
                 clipped[end] = Some(extreme);
+                let natural = if extreme == 0.0 { ", unless the quantity has no values beyond 0" } else { "" };
                 self.warn(format!(
                     "the {which} value occurs in {runs} flat run(s) of up to {longest} samples: the input was probably \
-                     clipped, so peaks are too small; record with a larger range"
+                     clipped{natural}, so peaks are too small; record with a larger range"
                 ));
             }
         }

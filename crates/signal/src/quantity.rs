@@ -59,7 +59,9 @@ impl Dimension {
 
     /// Its SI unit, `m/s` or `N·s·m^(-3/2)`; empty for a pure number.
     pub fn si_unit(self) -> String {
-        self.known().map_or_else(|| self.base_units("·"), |known| known.people.to_owned())
+        // A mass is written in grams, and kept in kilograms.
+        let known = self.known().filter(|_| self != Self::MASS);
+        known.map_or_else(|| self.base_units("·"), |known| known.people.to_owned())
     }
 
     /// "a length such as `0.5 mm`", for a message.
