@@ -73,6 +73,9 @@ pub struct Arguments {
     /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
     #[arg(long, requires = "plan")]
     pub wrong: bool,
+    /// Expect widths with each experiment of --vary in addition to the plan's record, both fitted together
+    #[arg(long, requires = "vary", conflicts_with = "wrong")]
+    pub add_record: bool,
     /// Number of synthetic records for each scenario or experiment, or of benches, with --fit, --quantity or --records [default: 8]
     #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
     pub count: Option<u64>,

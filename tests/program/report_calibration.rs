@@ -266,6 +266,7 @@ fn report() -> CalibrationReport {
             ],
             marked: Some((0.503, "fit".into())),
         }),
+        coverage: vec![],
         energy: Some(EnergyBalance {
             initial_j: 0.0,
             piston_work_j: 4.31e-7,
