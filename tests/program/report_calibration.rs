@@ -204,6 +204,8 @@ fn report() -> CalibrationReport {
         laws,
         preferred_law: Some("linear".into()),
         preferred_mount: None,
+        widened: None,
+        coverage: None,
         excluded: BTreeMap::new(),
         diagnosis: vec![],
         masked: vec![MaskedStretch {
