@@ -292,6 +292,8 @@ _REMOVED = {
     "record_settings": "`set` of a [[record]] in a plan, given as `plan`",
     "scene_drive": "drive='none'",
     "confirm": "model='fea'",
+    "features": "`features` of a plan, given as `plan`",
+    "mount": "`mount` of a plan, given as `plan`",
     "search": "nothing: the search is the one whose intervals were tested",
 }
 
@@ -329,10 +331,10 @@ def calibrate(
     fit: Sequence[str] = (),
     bounds: Mapping[str, tuple[Quantity, Quantity]] | None = None,
     damping: Sequence[str] = (),
-    mount: Sequence[str] = (),
-    features: Literal["full", "paper"] | None = None,
     uncertainty: Mapping[str, Quantity] | None = None,
     evaluations: int | None = None,
+    widen: float | None = None,
+    coverage: int | None = None,
     seed: int | None = None,
     alpha: float | None = None,
     limits: bool = True,
@@ -362,14 +364,16 @@ def calibrate(
         Names of the parameters to fit [default: alpha and damping].
     bounds
         Range (lower and upper limit) of a parameter, by name.
-    damping, mount
-        Damping laws to fit, mounts of the disc to compare.
-    features
-        Which features are compared [default: full].
+    damping
+        Damping laws to fit.
     uncertainty
         What the bench leaves open, drawn into every run, by name.
     evaluations
         Runs a law [default: the number whose intervals were tested].
+    widen
+        Factor, at least 1, on every 90 % interval.
+    coverage
+        Number of synthetic records of this bench with which coverage is counted: ``json["coverage"]``.
     seed
         Of everything drawn [default: 1].
     alpha
@@ -415,13 +419,13 @@ def calibrate(
     words += flags({"plan": plan, "scene": scene, "model": rung, "accuracy": accuracy, "quantity": quantity})
     for assignment in assignments(settings):
         words += ["--set", assignment]
-    lists = {"fit": fit, "damping": damping, "mount": mount}
+    lists = {"fit": fit, "damping": damping}
     words += flags({name: ",".join([names] if isinstance(names, str) else names) or None for name, names in lists.items()})
     for name, (low, high) in (bounds or {}).items():
         words += ["--bounds", f"{name}={text(low)}:{text(high)}"]
     for name, value in (uncertainty or {}).items():
         words += ["--uncertainty", f"{name}={text(value)}"]
-    words += flags({"features": features, "evaluations": evaluations, "seed": seed})
+    words += flags({"evaluations": evaluations, "widen": widen, "coverage": coverage, "seed": seed})
     words += flags({"alpha": alpha, "no_limits": not limits})
     words += of_records + _of_drive(of_drives, of_records) + flags(reading)
     return Calibration(native.calibrate(words, cache, contents, drive_contents, progress))

@@ -24,7 +24,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, whole},
+    arguments::{OutputArguments, SceneArguments, Session, usage, whole},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -36,11 +36,13 @@ use crate::{
         Problem,
         drive::Input,
         fit::{FitError, Verdict},
+        plan::Plan,
         recorded_run::labels,
         refusal::Refusal,
     },
     measurement::read_back::{SMALL, read_back},
     scene::Scene,
+    validate::own_bench::record_of,
 };
 
 #[derive(Debug, Args)]
@@ -73,10 +75,6 @@ pub struct Arguments {
     /// Recorded quantity [default: velocity]
     #[arg(long, value_enum, help_heading = "Fit")]
     pub quantity: Option<QuantityChoice>,
-    /// Mounts of the disc to compare [default with --quantity pressure: all three (clamped,supported,free), or only the mount set by the
-    /// key disc.rim]
-    #[arg(long, value_name = "MOUNT,…", value_delimiter = ',', help_heading = "Fit")]
-    pub mount: Vec<String>,
     /// Range of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
@@ -86,13 +84,16 @@ pub struct Arguments {
     /// modulus=0.004, mass=0.005, baseline: estimated from the horn-tip record]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
-    /// Which features are compared: all, or the two peaks and the 1/3 and 2/3 ratios as in the source paper
-    #[arg(long, value_enum, help_heading = "Fit")]
-    pub features: Option<FeatureChoice>,
     /// Number of runs for each damping law [default: 600; 1800 for three or more parameters; 1200 for several records. The intervals were tested with
     /// these numbers]
     #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)), help_heading = "Fit")]
     pub evaluations: Option<u32>,
+    /// Factor, at least 1, on every 90 % interval of the answer; `coverage --plan` states the one that a bench needs
+    #[arg(long, value_name = "X", help_heading = "Fit")]
+    pub widen: Option<f64>,
+    /// Count coverage with so many synthetic records of this bench and add it to the report
+    #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(1_000_000)), help_heading = "Fit")]
+    pub coverage: Option<u64>,
     #[command(flatten)]
     pub scene: SceneArguments,
     #[command(flatten)]
@@ -120,14 +121,6 @@ pub enum QuantityChoice {
     Pressure,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FeatureChoice {
-    /// All: peaks, early peaks, bands
-    Full,
-    /// The two peaks and the 1/3 and 2/3 ratios
-    Paper,
-}
-
 /// A problem, and what the command line says besides.
 pub struct Job {
     /// What is fitted to what.
@@ -142,6 +135,8 @@ pub struct Job {
     meshes: Vec<Input>,
     /// Whether an answer that does not explain the record is a failure.
     strict: bool,
+    /// The merged plan, and the number of synthetic records with which coverage is counted.
+    coverage: Option<(Plan, u64)>,
 }
 
 /// The command, as a state names it.
@@ -220,12 +215,16 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 
 /// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
-    let (problem, plans) = definition::problem(&arguments, in_memory)?;
+    let (problem, plan, plans) = definition::problem(&arguments, in_memory)?;
+    if arguments.coverage.is_some() {
+        record_of(&problem).map_err(|error| usage(format!("--coverage: {error}")))?;
+    }
+    let coverage = arguments.coverage.map(|count| (plan, count));
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
     let strict = arguments.strict;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict })
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict, coverage })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

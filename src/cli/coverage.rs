@@ -74,6 +74,9 @@ pub struct Arguments {
     /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
     #[arg(long, requires = "plan")]
     pub wrong: bool,
+    /// Expect widths with each experiment of --vary in addition to the plan's record, both fitted together
+    #[arg(long, requires = "vary", conflicts_with = "wrong")]
+    pub add_record: bool,
     /// Synthetic records of each scenario or experiment; with --fit, --quantity or --records: number of benches [default: 8]
     #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
     pub count: Option<u64>,

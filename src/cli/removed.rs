@@ -18,7 +18,7 @@ const COMMANDS: [(&str, &str); 8] = [
 ];
 
 /// Flags that are gone, and what takes their place.
-const FLAGS: [(&str, &str); 17] = [
+const FLAGS: [(&str, &str); 19] = [
     ("--on", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
     ("--chunk", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
     ("--column", "--channel NAME"),
@@ -35,6 +35,8 @@ const FLAGS: [(&str, &str); 17] = [
     ("--parameters", "--fit NAMES"),
     ("--animation", "--fields INTERVAL, played by ParaView"),
     ("--calibration", "`granchain coverage` to test intervals (replay and sweep take --calibration)"),
+    ("--features", "`features = \"paper\"` in a plan (--plan FILE)"),
+    ("--mount", "`mount = [\"clamped\", \"free\"]` in a plan (--plan FILE)"),
     ("--whole", "nothing: every run is made again"),
 ];
 
@@ -93,6 +95,7 @@ mod tests {
             ("--time-unit", "--read time_unit=VALUE"),
             ("--drive-invert", "--drive-read invert=true"),
             ("--drive-scale", "--drive-read scale=VALUE"),
+            ("--mount", "`mount = [\"clamped\", \"free\"]` in a plan (--plan FILE)"),
             ("twins", "`granchain coverage --scenario NAMES`"),
         ] {
             assert_eq!(instead(gone).as_deref(), Some(expected));

@@ -203,7 +203,8 @@ fn both_laws_are_fitted_and_the_right_one_is_named() {
 #[test]
 fn fewer_features_can_be_asked_for() {
     let bench = Bench::new();
-    let output = bench.calibrate(&["--features", "paper", "--out", "out", "--quiet"]);
+    bench.write("paper.toml", "features = \"paper\"");
+    let output = bench.calibrate(&["--plan", "paper.toml", "--out", "out", "--quiet"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let paper = ["negative_peak", "positive_peak", "ratio_1/3", "ratio_2/3"];
     assert_eq!(keys(&bench.outcome("out")["fitted_features"]), paper);
@@ -265,7 +266,7 @@ fn usage_errors_end_with_2_and_leave_nothing() {
     for arguments in [
         &[][..],
         &["--measured"],
-        &[&record[..], &["--features", "some"]].concat(),
+        &[&record[..], &["--features", "paper"]].concat(),
         &[&record[..], &["--evaluations", "20"]].concat(),
         &[&record[..], &["--fit", "colour"]].concat(),
         &[&record[..], &["--fit", "alpha", "--alpha", "1"]].concat(),

@@ -70,11 +70,12 @@ fn killed_at_half_and_resumed_gives_the_bytes_of_an_unbroken_fit() {
     refused(&resumed(&[]), &[".broken.unfinished", "--resume", "--force"]);
     let other = fs::read_to_string(bench.path("lab/vib.csv")).unwrap().replacen("0.0,", "0.0,1", 1);
     bench.write("lab/other.csv", other);
+    bench.write("paper.toml", "features = \"paper\"");
     for other in [
         &["--resume", "--seed", "2"][..],
         &["--resume", "--bounds", "alpha=0.3:1.5"],
         &["--resume", "--set", "damping.at=beads"],
-        &["--resume", "--features", "paper"],
+        &["--resume", "--plan", "paper.toml"],
     ] {
         refused(&resumed(other), &[".broken.unfinished/state/", "another fit", "seed", "--out"]);
     }

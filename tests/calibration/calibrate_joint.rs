@@ -134,7 +134,7 @@ fn another_drive_frequency_is_refused_with_file_line_and_remedy() {
     }
     // The same frequency, stated, is no obstacle: what fails next is the flag.
     bench.write("half/vib.csv", stated("73 kHz", &record));
-    let output = bench.granchain(&["calibrate", "--plan", "joint.toml", "--features", "nothing"]).output().unwrap();
+    let output = bench.granchain(&["calibrate", "--plan", "joint.toml", "--fit", "nothing"]).output().unwrap();
     assert_eq!(code(&output), 2);
 }
 

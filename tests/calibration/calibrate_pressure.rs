@@ -26,17 +26,11 @@ fn outcome(folder: &Path) -> Value {
 fn the_shipped_synthetic_record_is_recovered_with_its_mount() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("water");
-    let plan = "calibrations/twin-water.toml";
-    let (code, text, said) = calibrate(&[
-        "--plan",
-        plan,
-        "--mount",
-        "clamped,supported",
-        "--evaluations",
-        "600",
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let shipped = fs::read_to_string("calibrations/twin-water.toml").unwrap().replace(", \"free\"", "");
+    let plan = place.path().join("plan.toml");
+    fs::write(&plan, shipped.replace("..", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let (code, text, said) =
+        calibrate(&["--plan", plan.to_str().unwrap(), "--evaluations", "600", "--out", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("hydrophone at r = 0 m, z = 1 mm"), "{said}");
     assert!(said.contains("model `chain`, which the scene `water` names"), "{said}");
@@ -76,12 +70,18 @@ fn what_cannot_be_is_refused_with_what_to_do() {
     assert!(said.contains("no disc with water behind it") && said.contains("--scene water"), "{said}");
     let said = with(&["--set", "water.medium=none"]);
     assert!(said.contains("a vacuum behind its disc"), "{said}");
-    let said = with(&["--mount", "glued"]);
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("plan.toml").display().to_string();
+    let planned = |text: &str, more: &[&str]| {
+        fs::write(&path, text).unwrap();
+        refused(&[&quantity[..], &["--plan", &path], more].concat())
+    };
+    let said = planned("mount = [\"glued\"]", &[]);
     assert!(said.contains("expected clamped, supported or free"), "{said}");
-    let said = with(&["--mount", "clamped,free", "--set", "chain.precompression=0.1N"]);
-    assert!(said.contains("--mount free cannot be") && said.contains("chain.precompression=0"), "{said}");
-    let said = with(&["--features", "paper"]);
-    assert!(said.contains("leave --features out"), "{said}");
+    let said = planned("mount = [\"clamped\", \"free\"]", &["--set", "chain.precompression=0.1N"]);
+    assert!(said.contains("`free` cannot be") && said.contains("chain.precompression=0"), "{said}");
+    let said = planned("features = \"paper\"", &[]);
+    assert!(said.contains("leave `features` of the plan out"), "{said}");
     let said = with(&["--model", "reduced", "--set", "damping.at=beads"]);
     assert!(said.contains("--model chain"), "{said}");
     let said = with(&["--scale", "250 V/Pa"]);
@@ -93,7 +93,8 @@ fn what_cannot_be_is_refused_with_what_to_do() {
     assert!(said.contains("expected a pressure") && said.contains("leave out --quantity pressure"), "{said}");
     let said = refused(&["--quantity", "pressure", "--measured", "measurements/annulus-73khz/features.toml"]);
     assert!(said.contains("published features are of the velocity"), "{said}");
-    let said = refused(&["--measured", velocity, "--mount", "clamped"]);
+    fs::write(&path, "mount = [\"clamped\"]").unwrap();
+    let said = refused(&["--measured", velocity, "--plan", &path]);
     assert!(said.contains("mounts of a disc") && said.contains("has none"), "{said}");
 }
 

@@ -16,5 +16,6 @@ mod calibrate_replay;
 mod harness;
 mod laboratory;
 mod ladder;
+mod own_bench;
 mod published_features;
 mod synthetic;

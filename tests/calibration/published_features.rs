@@ -219,7 +219,9 @@ fn broken_published_features_are_refused_with_their_line_and_leave_no_folder() {
         assert!(stderr.contains(expected) && stderr.contains("features.toml"), "{stderr}");
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "only the features are left");
     }
-    for flag in ["--features=paper", "--read=invert=true"] {
+    let plan = place.path().join("paper.toml");
+    fs::write(&plan, "features = \"paper\"").unwrap();
+    for flag in [&format!("--plan={}", plan.display()), "--read=invert=true"] {
         let output = granchain(&["calibrate", "--measured", &shipped(), flag]);
         assert_eq!(output.status.code(), Some(2), "{flag}");
     }

@@ -118,7 +118,7 @@ fn calibration_on_the_reduced_model() {
 
 #[test]
 fn calibration_to_a_pressure_in_water() {
-    let command = "calibrate --plan calibrations/twin-water.toml --mount supported --evaluations 200";
+    let command = "calibrate --plan tests/golden/water.toml --evaluations 200";
     compare("calibrate-water", "calibration.json", command);
 }
 

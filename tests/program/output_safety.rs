@@ -152,7 +152,7 @@ fn unfinished(command: &[&str]) -> TempDir {
 
 #[test]
 fn the_state_of_another_command_is_refused_and_not_a_byte_of_it_touched() {
-    let calibrate = ["calibrate", "--features", "paper", "--measured", "measurements/annulus-73khz/vib.csv"];
+    let calibrate = ["calibrate", "--evaluations", "200", "--measured", "measurements/annulus-73khz/vib.csv"];
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join(calibrate[4]);
     let calibrate = [&calibrate[..4], &[record.to_str().unwrap()]].concat();
     for (own, others) in [(&SWEEP[..], [&ANALYSIS[..], &calibrate]), (&ANALYSIS, [&SWEEP, &calibrate])] {
@@ -174,7 +174,7 @@ fn a_link_at_or_in_the_state_of_a_run_is_refused_and_neither_it_nor_its_target_i
     use std::os::unix::fs::symlink;
 
     let record = Path::new(PROJECT).join("measurements/annulus-73khz/vib.csv");
-    let calibrate = ["calibrate", "--features", "paper", "--measured", record.to_str().unwrap()];
+    let calibrate = ["calibrate", "--evaluations", "200", "--measured", record.to_str().unwrap()];
     // Every folder and file that the program opens there; the last is the whole folder.
     let links = [
         "lock",

@@ -204,6 +204,8 @@ fn report() -> CalibrationReport {
         laws,
         preferred_law: Some("linear".into()),
         preferred_mount: None,
+        widened: None,
+        coverage: None,
         excluded: BTreeMap::new(),
         diagnosis: vec![],
         masked: vec![MaskedStretch {
@@ -266,6 +268,7 @@ fn report() -> CalibrationReport {
             ],
             marked: Some((0.503, "fit".into())),
         }),
+        coverage: vec![],
         energy: Some(EnergyBalance {
             initial_j: 0.0,
             piston_work_j: 4.31e-7,

@@ -110,14 +110,16 @@ fn mounts(
         return Ok(vec![own]);
     }
     if bench.sets("disc.rim") {
-        assumptions
-            .push(format!("mount `{}` alone, as `disc.rim` is set; compare several with --mount", shape.rim.name()));
+        assumptions.push(format!(
+            "mount `{}` alone, as `disc.rim` is set; compare several with `mount` of a plan",
+            shape.rim.name()
+        ));
         return Ok(vec![own]);
     }
     let possible: Vec<Rim> = MOUNTS.into_iter().filter(|mount| *mount != Rim::Free || !pressed).collect();
     let names: Vec<&str> = possible.iter().map(|mount| mount.name()).collect();
     let left_out = if possible.len() < MOUNTS.len() { "; `free` cannot be under a precompression" } else { "" };
-    assumptions.push(format!("mounts compared: {}{left_out}; name some with --mount", names.join(", ")));
+    assumptions.push(format!("mounts compared: {}{left_out}; name some with `mount` of a plan", names.join(", ")));
     Ok(possible.into_iter().map(Some).collect())
 }
 

@@ -43,6 +43,7 @@ const REDUCED_COST: u64 = 64;
 const FEA_WORK: f64 = 1e5;
 
 /// A candidate with its answer.
+#[derive(Clone)]
 pub struct FittedCandidate {
     /// Law and mount, with their scenes.
     pub candidate: Candidate,
@@ -140,6 +141,7 @@ impl Problem {
             warnings.extend(said);
             match fit {
                 Ok(fit) => {
+                    let fit = fit.with_wider_intervals(self.widen);
                     let (forward, upper) = (runs.joint.first().clone(), runs.fidelities.last().cloned());
                     candidates.push(FittedCandidate { candidate: candidate.clone(), fit, forward, upper });
                 }
@@ -348,6 +350,9 @@ impl Fitted {
         if problem.likelihood == Likelihood::Waveform && fit.waveform.is_none() {
             statements.push("No waveform of these records could be compared: amplitudes decide.".into());
         }
+        statements.extend(problem.widen.map(|factor| {
+            format!("Every 90 % interval is widened {factor} times about its median, as `widen` asks; regions, densities and correlations are not.")
+        }));
         statements.extend(statement::together(fit, &problem.labels()));
         statements.extend(statement::crosstalk(fit, &problem.labels()));
         if lead.uncertainty.repeats > 1 {
@@ -402,6 +407,8 @@ impl Problem {
             laws: Vec::new(),
             preferred_law: None,
             preferred_mount: None,
+            widened: self.widen,
+            coverage: None,
             excluded: BTreeMap::new(),
             diagnosis: Vec::new(),
             masked: self.recorded_runs.iter().flat_map(RecordedRun::masked).collect(),

@@ -98,6 +98,9 @@ pub struct Plan {
     pub likelihood: Option<Likelihood>,
     /// Number of runs per law.
     pub evaluations: Option<usize>,
+    /// Factor, at least 1, on every 90 % interval of the answer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub widen: Option<f64>,
     pub seed: Option<u64>,
     /// Records that are fitted together, instead of `measured` and `drive`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

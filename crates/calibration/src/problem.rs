@@ -6,6 +6,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    ops::RangeInclusive,
     path::Path,
 };
 
@@ -48,6 +49,9 @@ const SCENE_WITH_WATER: &str = "water";
 /// Default parameters.
 const FITTED: [&str; 2] = ["alpha", "damping"];
 
+/// Factors on intervals that a correction of their coverage may need.
+const WIDEN_RANGE: RangeInclusive<f64> = 1.0..=100.0;
+
 /// Seed where none is given.
 pub const DEFAULT_SEED: u64 = 1;
 
@@ -69,6 +73,8 @@ pub struct Problem {
     pub likelihood: Likelihood,
     pub evaluations: usize,
     pub seed: u64,
+    /// Factor on every 90 % interval of the answer.
+    pub widen: Option<f64>,
     /// Weights of features by name, already applied to the comparisons.
     pub weights: BTreeMap<String, f64>,
     /// Assumptions made while reading, as text.
@@ -123,6 +129,8 @@ impl Plan {
             Some(Contradiction::PublishedPressure)
         } else if pressure && self.features == Some(FeatureSet::Paper) {
             Some(Contradiction::PaperPressure)
+        } else if let Some(found) = self.widen.filter(|factor| !WIDEN_RANGE.contains(factor)) {
+            Some(Contradiction::Widen { found })
         } else if published.is_some() && self.features.is_some() {
             Some(Contradiction::PublishedSet)
         } else if published.is_some() && !lead.is_read_as_stated() {
@@ -238,6 +246,7 @@ impl Problem {
             likelihood,
             evaluations: plan.evaluations.unwrap_or(tested),
             seed: plan.seed.unwrap_or(DEFAULT_SEED),
+            widen: plan.widen,
             weights: plan.weights.clone(),
             assumptions,
         })

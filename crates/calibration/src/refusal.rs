@@ -40,6 +40,11 @@ pub enum Contradiction {
         "the record is the mean of {averages} shots, which is simulated on the chain only, and the scene's model is `{model}`: pass --model chain"
     )]
     AveragesAbove { averages: usize, model: &'static str },
+    #[error(
+        "--widen, or `widen` of the plan: expected a factor from 1 to 100 on the intervals, found {found}; `granchain coverage --plan FILE` states the \
+         one that your bench needs"
+    )]
+    Widen { found: f64 },
     #[error("nothing is left to fit; drop --alpha or name a parameter with --fit")]
     NothingFitted,
     #[error("records of a pressure are fitted one by one: name one hydrophone's record with --measured")]
@@ -51,7 +56,7 @@ pub enum Contradiction {
     #[error("--quantity pressure needs a hydrophone's record (CSV): published features are of the velocity only")]
     PublishedPressure,
     #[error(
-        "the features `paper` are those that the source paper compares of a velocity; leave --features out for a pressure"
+        "the features `paper` are those that the source paper compares of a velocity; leave `features` of the plan out for a pressure"
     )]
     PaperPressure,
     #[error("`features` would do nothing: a file of published features says itself what is compared")]
@@ -65,15 +70,15 @@ pub enum Contradiction {
     })]
     Silent { scene: String, disc: bool },
     #[error(
-        "--mount compares mounts of a disc, and the scene `{scene}` has none; take --scene water, or set support.kind=disc"
+        "`mount` of the plan compares mounts of a disc, and the scene `{scene}` has none; take --scene water, or set support.kind=disc"
     )]
     NoDisc { scene: String },
     #[error("--damping {name}: expected one of {}", DampingKind::ALL.map(DampingKind::name).join(", "))]
     Damping { name: String },
-    #[error("--mount {name}: expected clamped, supported or free")]
+    #[error("`mount` of the plan, `{name}`: expected clamped, supported or free")]
     Mount { name: String },
     #[error(
-        "--mount free cannot be: a precompression would push a disc away that nothing holds; leave `free` out, or set \
+        "`mount` of the plan: `free` cannot be: a precompression would push a disc away that nothing holds; leave `free` out, or set \
          chain.precompression=0 and do not fit it"
     )]
     PressedFree,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Arguments, FeatureChoice, QuantityChoice};
+use super::{Arguments, QuantityChoice};
 use crate::{
     calibration::{
         bench::Bench,
@@ -17,7 +17,7 @@ use crate::{
         experiment,
         reading::DriveUnread,
     },
-    feature::{Measurand, fingerprint::FeatureSet},
+    feature::Measurand,
     measurement::{BenchReadings, ReadOptions, RecordKind, read_record_bytes},
 };
 
@@ -28,8 +28,11 @@ pub struct InMemory {
     pub drives: Vec<Option<Vec<u8>>>,
 }
 
+/// A problem, the plan that flags and file make, and the files of the plan by role.
+pub type Defined = (Problem, Plan, Vec<(&'static str, Input)>);
+
 /// Read and check everything that the arguments name; the plan file too, where there is one.
-pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(Problem, Vec<(&'static str, Input)>)> {
+pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<Defined> {
     let mut plan = arguments.plan.as_deref().map(Plan::read).transpose()?.unwrap_or_default();
     let read = arguments.plan.clone().map(|path| Input { path, sha256: plan.sha256.clone() });
     if let Some(bench) = &arguments.reading.bench {
@@ -51,6 +54,7 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(P
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
+        plan,
         read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect(),
     ))
 }
@@ -94,18 +98,13 @@ pub(super) fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()
         QuantityChoice::Velocity => Measurand::Velocity,
         QuantityChoice::Pressure => Measurand::Pressure,
     });
-    let features = arguments.features.map(|features| match features {
-        FeatureChoice::Full => FeatureSet::Full,
-        FeatureChoice::Paper => FeatureSet::Paper,
-    });
     let named = |names: &[String]| (!names.is_empty()).then(|| names.to_vec());
     plan.quantity = quantity.or(plan.quantity);
-    plan.features = features.or(plan.features);
     plan.fit = named(&arguments.fit).or(plan.fit.take());
     plan.damping = named(&arguments.damping).or(plan.damping.take());
-    plan.mount = named(&arguments.mount).or(plan.mount.take());
     plan.evaluations = arguments.evaluations.map(|runs| runs as usize).or(plan.evaluations);
     plan.seed = arguments.session.seed.or(plan.seed);
+    plan.widen = arguments.widen.or(plan.widen);
     for text in &arguments.bounds {
         let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once(':')?)));
         let Some((name, (low, high))) = parts else {

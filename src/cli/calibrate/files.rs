@@ -4,11 +4,15 @@ use std::sync::Arc;
 
 use super::{Job, alpha_sweep::AlphaSweep, ended, manifest, page};
 use crate::{
-    calibration::{Fitted, Schedule, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
+    calibration::{Fitted, Plan, Schedule, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
-    report,
+    report::{self, calibration::CalibrationReport, page::Block},
     scene::ModelKind,
     study::{predicted::Predictions, replicates::Watch},
+    validate::{
+        own_bench::{Experiment, OwnBench, OwnCount, OwnPlan},
+        page::own_bench,
+    },
 };
 
 /// Asked now and then whether to stop.
@@ -70,6 +74,37 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     Ok(fitted)
 }
 
+/// Coverage of synthetic records of the bench, where it was asked for, as blocks of the report; counts go into the outcome.
+fn coverage(
+    job: &Job,
+    fitted: &Fitted,
+    session: &Session,
+    (timing, stop): (&mut Timing, &Stop),
+    outcome: &mut CalibrationOutcome,
+) -> anyhow::Result<Vec<Block>> {
+    let (Some((plan, count)), problem) = (&job.coverage, &job.problem) else { return Ok(vec![]) };
+    let plan = Plan { seed: Some(problem.seed), ..plan.clone() };
+    let experiments = vec![Experiment::as_recorded()];
+    let own = OwnPlan { experiments, count: *count, seed: problem.seed, fits: true, widen: plan.widen };
+    let bench = match OwnBench::of(plan, problem, fitted.best(), stop.0.clone()) {
+        Ok(bench) => bench,
+        Err(error) => {
+            // The fit stands without it.
+            outcome.warnings.push(format!("coverage on this bench was not counted: {error}"));
+            return Ok(vec![]);
+        }
+    };
+    let bar = progress::bar(session, *count, "records");
+    let records = bench.records(&own, 0..own.total(), &|| bar.inc(1))?.ok_or(interrupt::Interrupted)?;
+    bar.finish_and_clear();
+    timing.stage("coverage");
+    let count = OwnCount::of(&own, &records);
+    outcome.coverage = count.0.first().map(serde_json::to_value).transpose()?;
+    let said = Block::List(own_bench::sentences(&count));
+    Ok([vec![Block::Heading(own_bench::COVERAGE.into()), said], own_bench::section(&own, &count, problem.model())]
+        .concat())
+}
+
 impl Files {
     /// Run the answer with the accurate integrator, hold it against the records, and make every file.
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
@@ -84,8 +119,9 @@ impl Files {
         );
         stop.check()?;
         timing.stage("confirm");
-        let outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
-        let report = page::report(job, fitted, (&predicted, &alpha_sweep), &outcome);
+        let mut outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
+        let coverage = coverage(job, fitted, session, (timing, stop), &mut outcome)?;
+        let report = CalibrationReport { coverage, ..page::report(job, fitted, (&predicted, &alpha_sweep), &outcome) };
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);
         files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));

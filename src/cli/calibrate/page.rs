@@ -37,6 +37,7 @@ use crate::{
         published::published,
         replicates::Unwatched,
     },
+    validate::{own_bench::OwnCount, page::own_bench::sentences},
 };
 
 /// The report of a calibration, plain and in SI.
@@ -92,6 +93,7 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
         laws: Vec::new(),
         alpha_sweep: None,
         energy: None,
+        coverage: vec![],
         settings,
         command_line: manifest::command_line(&job.arguments),
     }
@@ -389,6 +391,10 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     }
     for statement in &outcome.statements {
         let _ = writeln!(text, "{statement}");
+    }
+    let counted = outcome.coverage.as_ref().and_then(|it| serde_json::from_value(it.clone()).ok());
+    for sentence in counted.map(|it| sentences(&OwnCount(vec![it]))).into_iter().flatten() {
+        let _ = writeln!(text, "{sentence}");
     }
     let _ = writeln!(
         text,

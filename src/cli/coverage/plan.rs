@@ -1,6 +1,6 @@
 //! Coverage on the user's own bench, and expected interval widths of experiments not yet made: `--plan`, `--vary`, `--wrong`.
 
-use std::{ops::Range, path::Path};
+use std::{ops::Range, path::Path, sync::Arc};
 
 use serde_json::{Value, json};
 
@@ -18,6 +18,7 @@ use crate::{
         timing::Timing,
     },
     measurement::shell_line,
+    scene::ModelKind,
     study::{Axis, Grid, Value as AxisValue},
     validate::{
         own_bench::{Experiment, OwnBench, OwnCount, OwnPlan, OwnRecord},
@@ -34,13 +35,7 @@ const LEVEL: &str = "drive";
 /// The experiments of a grid; the bench as it was recorded without one.
 fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
     if axes.is_empty() {
-        return Ok(vec![Experiment {
-            name: "as recorded".into(),
-            level: 1.0,
-            set: vec![],
-            misstated: vec![],
-            wrong: None,
-        }]);
+        return Ok(vec![Experiment::as_recorded()]);
     }
     let grid = Grid::new(axes)?;
     let experiment = |index: usize| {
@@ -58,7 +53,7 @@ fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
                 value => set.push(format!("{}={value}", axis.key)),
             }
         }
-        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, misstated: vec![], wrong: None })
+        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, ..Experiment::as_recorded() })
     };
     (0..grid.len()).map(experiment).collect()
 }
@@ -78,7 +73,8 @@ pub struct Study {
 impl Study {
     /// Read what the plan `path` names; `typed` is the command line.
     pub fn new(path: &Path, arguments: Arguments, typed: impl Iterator<Item = String>) -> anyhow::Result<Self> {
-        let Arguments { vary, wrong, count, evaluations, model, amplitudes, output, session, .. } = arguments;
+        let Arguments { vary, wrong, add_record, count, evaluations, model, amplitudes, output, session, .. } =
+            arguments;
         let timing = Timing::start();
         let fits = vary.is_empty() || wrong || count.is_some();
         let mut plan = Plan::read(path)?;
@@ -93,17 +89,29 @@ impl Study {
         for experiment in &experiments {
             problem.lead().bench.scene_with(&experiment.set)?;
         }
+        if add_record {
+            if problem.model() != ModelKind::Chain.name() {
+                return Err(usage(format!(
+                    "--add-record with --count: expected the model `chain`, which alone fits several records together, found `{}`; add --model chain, or \
+                     leave --count out: the expected widths are those of the chain",
+                    problem.model()
+                )));
+            }
+            let added = experiments.into_iter().map(Experiment::in_addition);
+            experiments = std::iter::once(Experiment::as_recorded()).chain(added).collect();
+        }
         if wrong {
             let both = |it: Experiment| [it.with_wrong_benches(&problem), vec![it]].into_iter().rev().flatten();
             experiments = experiments.into_iter().flat_map(both).collect();
         }
         let count = count.unwrap_or(if fits { COUNT } else { BOUNDED });
-        let own = OwnPlan { experiments, count, seed: session.seed(), fits };
+        let own = OwnPlan { experiments, count, seed: session.seed(), fits, widen: plan.widen };
         Ok(Self { plan, words: manifest::typed(typed), problem, own, output, session, timing })
     }
 
     fn records(&self, part: Range<usize>) -> anyhow::Result<Vec<OwnRecord>> {
-        let bench = OwnBench::fit(self.plan.clone(), &self.problem, &interrupt::requested)?.ok_or(Interrupted)?;
+        let bench =
+            OwnBench::fit(self.plan.clone(), &self.problem, Arc::new(interrupt::requested))?.ok_or(Interrupted)?;
         let bar = progress::bar(&self.session, part.len() as u64, "records");
         let records = bench.records(&self.own, part, &|| bar.inc(1))?;
         bar.finish_and_clear();

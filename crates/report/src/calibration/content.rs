@@ -86,6 +86,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Heading("Energy".into()));
         blocks.push(Block::Table(energy_table(balance)));
     }
+    blocks.extend(report.coverage.iter().cloned());
     provenance(report, &mut blocks);
     Page {
         title: joint::title(report),

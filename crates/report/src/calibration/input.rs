@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::BenchReport;
-use crate::sweep::SweepReport;
+use crate::{page::Block, sweep::SweepReport};
 use granchain_calibration::outcome::CalibrationOutcome;
 use granchain_model::response::EnergyBalance;
 use granchain_signal::{Series, feature::Window};
@@ -29,6 +29,9 @@ pub struct CalibrationReport {
     pub alpha_sweep: Option<SweepReport>,
     /// Where the piston's work went in the calibrated run.
     pub energy: Option<EnergyBalance>,
+    /// Coverage on this bench, where it was counted; its numbers are in `outcome`.
+    #[serde(skip)]
+    pub coverage: Vec<Block>,
     /// Settings worth knowing: name and value with unit.
     pub settings: Vec<(String, String)>,
     pub command_line: String,

@@ -32,8 +32,8 @@ pub struct ParameterCoverage {
     /// √(ln 40/(2n)) (Massart 1990).
     pub ecdf_distance: f64,
     pub ecdf_band: f64,
-    /// Factor on the half-widths with which 90 % of the intervals hold the truth: the ⌈0.9 (n + 1)⌉-th smallest that an interval needs. Only where the
-    /// coverage is below 90 % beyond chance.
+    /// Factor on the half-widths with which 90 % of the intervals hold the truth: the ⌈0.9 (n + 1)⌉-th smallest that an interval needs, times the one
+    /// that is applied. Only where the coverage is below 90 % beyond chance.
     pub widen: Option<f64>,
 }
 
@@ -68,7 +68,9 @@ impl OwnCount {
     pub fn of(plan: &OwnPlan, records: &[OwnRecord]) -> Self {
         let of = |(index, experiment): (usize, &Experiment)| {
             let own: Vec<&OwnRecord> = records.iter().filter(|record| record.experiment == index).collect();
-            ExperimentCount::of(experiment, &own)
+            let mut count = ExperimentCount::of(experiment, &own);
+            count.parameters.iter_mut().flat_map(|it| &mut it.widen).for_each(|it| *it *= plan.widen.unwrap_or(1.0));
+            count
         };
         Self(plan.experiments.iter().enumerate().map(of).collect())
     }

@@ -15,6 +15,9 @@ pub struct Experiment {
     /// Further overrides of the fit alone, and what is wrong with them.
     pub misstated: Vec<String>,
     pub wrong: Option<String>,
+    /// Whether it is fitted together with a record of the bench as it was recorded.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub added: bool,
 }
 
 /// What is to be made.
@@ -26,6 +29,9 @@ pub struct OwnPlan {
     pub seed: u64,
     /// Whether every record is fitted; else widths are those of the bound.
     pub fits: bool,
+    /// Factor by which the intervals of the fits are widened.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub widen: Option<f64>,
 }
 
 impl OwnPlan {
@@ -42,6 +48,20 @@ impl OwnPlan {
 }
 
 impl Experiment {
+    pub const AS_RECORDED: &'static str = "as recorded";
+
+    #[must_use]
+    pub fn as_recorded() -> Self {
+        let name = Self::AS_RECORDED.into();
+        Self { name, level: 1.0, set: vec![], misstated: vec![], wrong: None, added: false }
+    }
+
+    /// The same besides the record that there is.
+    #[must_use]
+    pub fn in_addition(self) -> Self {
+        Self { name: format!("{} + {}", Self::AS_RECORDED, self.name), added: true, ..self }
+    }
+
     /// The same with what is often wrong in the bench of the fit: support stiffness ±30 %, a bead, the damping law, a first gap of 20 nm, bead radius ±5 %; as
     /// far as the bench can have it and the fit does not look for it.
     #[must_use]

@@ -50,7 +50,7 @@ use granchain_calibration::{
     waveform::{QUANTILE, WaveformBound},
 };
 use granchain_model::scene::{Drive, DriveKind, ModelKind, Scene};
-use granchain_record::{RecordKind, read_record, read_record_bytes};
+use granchain_record::{Record, RecordKind, read_record, read_record_bytes};
 use granchain_signal::{Series, feature::Measurand};
 
 /// Most shots simulated for a record that is a mean, and their jitter, s.
@@ -114,61 +114,74 @@ pub struct OwnBench {
     horn: Option<Instrument>,
     /// Accurate bodies of the truths.
     accurate: predict::Bodies,
-    stop: &'static (dyn Fn() -> bool + Sync),
+    stop: Stop,
 }
+
+/// Asked now and then whether to stop.
+pub type Stop = Arc<dyn Fn() -> bool + Send + Sync>;
 
 /// An experiment, and the bodies of its fit above the chain.
 type On<'a> = (&'a Experiment, Option<&'a Bodies>);
+
+/// What two records of one bench have in common: values (unit coordinates), factors on mass and stiffness.
+type Common = Option<(Vec<f64>, f64, f64)>;
+
+/// The record of a problem whose bench can be made again.
+///
+/// # Errors
+/// [`OwnBenchError::Unsuitable`].
+pub fn record_of(problem: &Problem) -> Result<&Record, OwnBenchError> {
+    let found = match (&problem.lead().measured, problem.above.last()) {
+        _ if problem.recorded_runs.len() > 1 => format!("{} records", problem.recorded_runs.len()),
+        _ if problem.quantity != Measurand::Velocity => "a pressure".into(),
+        (_, Some(ModelKind::Fea)) => "finite elements".into(),
+        (Measured::Published(_), _) => "published values".into(),
+        (Measured::Record(measured), _) => return Ok(&measured.record),
+    };
+    Err(OwnBenchError::Unsuitable { found })
+}
 
 impl OwnBench {
     /// Fit the user's plan as `calibrate` does. `None` once `stop` says so.
     ///
     /// # Errors
     /// A plan of other records, one that cannot be fitted, or one whose fit does not explain its record.
-    pub fn fit(
-        plan: Plan,
-        problem: &Problem,
-        stop: &'static (dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Self>, OwnBenchError> {
-        let lead = problem.lead();
-        let found = match (&lead.measured, problem.above.last()) {
-            _ if problem.recorded_runs.len() > 1 => format!("{} records", problem.recorded_runs.len()),
-            _ if problem.quantity != Measurand::Velocity => "a pressure".into(),
-            (_, Some(ModelKind::Fea)) => "finite elements".into(),
-            (Measured::Published(_), _) => "published values".into(),
-            (Measured::Record(measured), _) => {
-                let mut fitted =
-                    match problem.fit(Schedule { watch: Arc::new(move |_| !stop()), ..Schedule::default() }) {
-                        Err(Refusal::Stopped) => return Ok(None),
-                        fitted => fitted?,
-                    };
-                let best = fitted.candidates.iter().position(|it| std::ptr::eq(it, fitted.best())).unwrap_or(0);
-                let fitted = fitted.candidates.swap_remove(best);
-                if !fitted.fit.verdict.explains() {
-                    return Err(OwnBenchError::Unexplained { verdict: fitted.fit.verdict });
-                }
-                let (accurate, few) = (predict::Bodies::default(), EnsemblePlan::new(2, problem.seed));
-                let scene = fitted.scene(0);
-                let run = predict_measured(&lead.measured, &scene, &accurate, (&few, None), None, &Unwatched)?;
-                let horn = lead.bench.drive.as_ref().map(|drive| {
-                    let record = read_record(&drive.input.path, RecordKind::HornTip, &drive.options)?;
-                    Ok::<_, Refusal>(Instrument::of(record, None))
-                });
-                return Ok(Some(Self {
-                    plan,
-                    bench: lead.bench.clone(),
-                    comparison: lead.comparison.clone(),
-                    uncertainty: lead.uncertainty,
-                    fitted,
-                    offset: run.offset,
-                    vibrometer: Instrument::of(measured.record.clone(), Some(lead.comparison.noise_density)),
-                    horn: horn.transpose()?,
-                    accurate,
-                    stop,
-                }));
-            }
-        };
-        Err(OwnBenchError::Unsuitable { found })
+    pub fn fit(plan: Plan, problem: &Problem, stop: Stop) -> Result<Option<Self>, OwnBenchError> {
+        record_of(problem)?;
+        let asked = stop.clone();
+        match problem.fit(Schedule { watch: Arc::new(move |_| !asked()), ..Schedule::default() }) {
+            Err(Refusal::Stopped) => Ok(None),
+            fitted => Self::of(plan, problem, fitted?.best(), stop).map(Some),
+        }
+    }
+
+    /// The same of a fit that is made.
+    ///
+    /// # Errors
+    /// As [`OwnBench::fit`].
+    pub fn of(plan: Plan, problem: &Problem, fitted: &FittedCandidate, stop: Stop) -> Result<Self, OwnBenchError> {
+        let (lead, record) = (problem.lead(), record_of(problem)?);
+        if !fitted.fit.verdict.explains() {
+            return Err(OwnBenchError::Unexplained { verdict: fitted.fit.verdict });
+        }
+        let (accurate, few) = (predict::Bodies::default(), EnsemblePlan::new(2, problem.seed));
+        let run = predict_measured(&lead.measured, &fitted.scene(0), &accurate, (&few, None), None, &Unwatched)?;
+        let horn = lead.bench.drive.as_ref().map(|drive| {
+            let record = read_record(&drive.input.path, RecordKind::HornTip, &drive.options)?;
+            Ok::<_, Refusal>(Instrument::of(record, None))
+        });
+        Ok(Self {
+            plan,
+            bench: lead.bench.clone(),
+            comparison: lead.comparison.clone(),
+            uncertainty: lead.uncertainty,
+            fitted: fitted.clone(),
+            offset: run.offset,
+            vibrometer: Instrument::of(record.clone(), Some(lead.comparison.noise_density)),
+            horn: horn.transpose()?,
+            accurate,
+            stop,
+        })
     }
 
     /// Make the records `part` of a plan; bound what they say, or fit them. `None` once it is stopped.
@@ -219,16 +232,25 @@ impl OwnBench {
 
     /// A truth of an experiment, drawn from the posterior with everything that is not controlled: values of the parameters, the horn's motion, and the
     /// accurate velocity as the vibrometer sees it, from the model's t = 0.
-    fn truth(&self, experiment: &Experiment, random: &mut ChaCha8Rng) -> Result<(Vec<f64>, Drive, Series), Refusal> {
-        let at = self.fitted.fit.posterior.draw(1.0, random);
+    fn truth(
+        &self,
+        experiment: &Experiment,
+        random: &mut ChaCha8Rng,
+        common: &mut Common,
+    ) -> Result<(Vec<f64>, Drive, Series), Refusal> {
+        let drawn = self.fitted.fit.posterior.draw(1.0, random);
         let mut normal = || -> f64 { StandardNormal.sample(random) };
         let [mass, gain] = [self.uncertainty.mass, self.uncertainty.sensitivity].map(|sigma| (sigma * normal()).exp());
+        let (drawn, mass, stiffness) = match common.take() {
+            Some((at, mass, stiffness)) => (at, mass, Some(stiffness)),
+            None => (drawn, mass, None),
+        };
         let mut scene = self.bench_of(experiment).scene_with(&[])?;
         if let DriveKind::Record { displacement, .. } = &mut scene.drive.kind {
             displacement.values.iter_mut().for_each(|x| *x *= experiment.level);
         }
         let parameters = &self.fitted.fit.parameters;
-        let values: Vec<f64> = parameters.iter().zip(&at).map(|(it, u)| it.value(*u)).collect();
+        let values: Vec<f64> = parameters.iter().zip(&drawn).map(|(it, u)| it.value(*u)).collect();
         // A record determines forces over the mass of the beads.
         let over = |it: &Parameter| if it.target.is_force() { mass } else { 1.0 };
         let at: Vec<f64> = parameters.iter().zip(&values).map(|(it, value)| it.coordinate(value / over(it))).collect();
@@ -241,6 +263,8 @@ impl OwnBench {
         let forward = Forward::new(&chain, parameters.clone(), self.comparison.clone(), unknown, 0, watch)?;
         let mut variation = forward.variation(&at, random);
         variation.shaken.clear();
+        variation.modulus_factor = stiffness.unwrap_or(variation.modulus_factor);
+        *common = Some((drawn, mass, variation.modulus_factor));
         scene.output_step = 1.0 / (scene.drive.frequency * FINE as f64);
         let end = self.vibrometer.record.series.end() - self.offset + MARGIN;
         scene.duration = (end.max(MARGIN) / scene.output_step).ceil() * scene.output_step;
@@ -262,14 +286,15 @@ impl OwnBench {
         Ok((values, scene.drive, velocity))
     }
 
-    /// Make one record: its files, what they bound, its fit.
-    fn record(&self, (experiment, bodies): On, plan: &OwnPlan, made: &mut OwnRecord) -> Result<(), Refusal> {
-        // The same truths, noise and seeds in every experiment: what differs between them is due to the experiments.
-        let random = &mut ChaCha8Rng::seed_from_u64(plan.seed);
-        random.set_stream(made.number + 1);
-        let (values, drive, velocity) = self.truth(experiment, random)?;
+    /// The files of an experiment, read, with the true values behind them.
+    fn recorded(
+        &self,
+        experiment: &Experiment,
+        random: &mut ChaCha8Rng,
+        common: &mut Common,
+    ) -> Result<(Vec<f64>, RecordedRunPlan), Refusal> {
+        let (values, drive, velocity) = self.truth(experiment, random, common)?;
         let parameters = &self.fitted.fit.parameters;
-        made.values = parameters.iter().zip(&values).map(|(it, value)| (it.name.clone(), *value)).collect();
         let bandwidth = parameters.iter().zip(&values).find(|(it, _)| it.target == Target::Bandwidth);
         let seen = self.vibrometer.at_rest_before(&velocity, self.offset);
         let seen = self.vibrometer.filtered(&seen, (drive.frequency, bandwidth.map(|(_, value)| *value)), random);
@@ -290,11 +315,27 @@ impl OwnBench {
             let (bytes, options) = horn.file(&motion, origin, random);
             bench.drive = Some(RecordedDrive::of_bytes_at_plateau(horn_name, &bytes, &options)?);
         }
+        let source = Source::Record(Box::new(record), Box::new(options));
+        Ok((values, RecordedRunPlan { source, bench, origin: None }))
+    }
+
+    /// Make one record, or one besides that of the bench as it was recorded: what is bound by it, its fit.
+    fn record(&self, (experiment, bodies): On, plan: &OwnPlan, made: &mut OwnRecord) -> Result<(), Refusal> {
+        // The same truths, noise and seeds in every experiment: what differs between them is due to the experiments.
+        let random = &mut ChaCha8Rng::seed_from_u64(plan.seed);
+        random.set_stream(made.number + 1);
+        let (mut common, mut recorded) = (None, Vec::new());
+        if experiment.added {
+            recorded.push(self.recorded(&Experiment::as_recorded(), random, &mut common)?.1);
+        }
+        let (values, latest) = self.recorded(experiment, random, &mut common)?;
+        recorded.push(latest);
+        let parameters = &self.fitted.fit.parameters;
+        made.values = parameters.iter().zip(&values).map(|(it, value)| (it.name.clone(), *value)).collect();
         let seed = self.plan.seed.unwrap_or_default().wrapping_add(APART * (made.number + 1));
         let damping = self.plan.damping.clone().filter(|_| experiment.wrong.is_none());
         let definition = Plan { seed: Some(seed), damping, ..self.plan.clone() };
-        let source = Source::Record(Box::new(record), Box::new(options));
-        let problem = Problem::of(&definition, vec![RecordedRunPlan { source, bench, origin: None }])?;
+        let problem = Problem::of(&definition, recorded)?;
         let law = &self.fitted.candidate.law;
         let candidate = problem.candidates.iter().find(|it| it.law == *law).unwrap_or(&problem.candidates[0]);
         if experiment.wrong.is_none() {
@@ -306,7 +347,7 @@ impl OwnBench {
         if !plan.fits && made.bound.as_ref().is_some_and(|bound| bound.decides) {
             return Ok(());
         }
-        let stop = self.stop;
+        let stop = self.stop.clone();
         let fitted = problem.fit(Schedule { bodies, watch: Arc::new(move |_| !stop()), ..Schedule::default() })?;
         let (best, own) = (fitted.best(), fitted.candidates.iter().find(|it| it.candidate.law == *law));
         let fit = &own.unwrap_or(best).fit;

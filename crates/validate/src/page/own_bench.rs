@@ -1,6 +1,6 @@
 //! Coverage on the user's own bench and what further experiments would give: tables and a page.
 
-use crate::own_bench::{ExperimentCount, OwnCount, OwnPlan, ParameterCoverage, deviations};
+use crate::own_bench::{Experiment, ExperimentCount, OwnCount, OwnPlan, ParameterCoverage, deviations};
 use granchain_report::{
     figure::{Axis, Bar, Colour, Dash, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{fixed, significant},
@@ -30,21 +30,31 @@ pub fn files(
     };
     let text = sentences(count).join(" ");
     let mut blocks = vec![Block::Headline { tone, verdict: verdict.into(), text }];
-    blocks.push(Block::Paragraph(format!(
-        "True values are drawn from the posterior of the plan's own fit, and what is not controlled as its uncertainties state. The records are \
+    blocks.extend(section(plan, count, model));
+    blocks.extend(provenance(facts, command_line));
+    let title = if plan.fits { COVERAGE } else { "Expected interval widths" };
+    let subtitle = "Records made on the user's own bench with known values, and what a fit makes of them".into();
+    Page { title: title.into(), subtitle, blocks }.files()
+}
+
+/// Title of what is counted.
+pub const COVERAGE: &str = "Coverage on this bench";
+
+/// How the records were made, tables and figures.
+#[must_use]
+pub fn section(plan: &OwnPlan, count: &OwnCount, model: &str) -> Vec<Block> {
+    let mut blocks = vec![Block::Paragraph(format!(
+        "True values are drawn from the posterior of the record's own fit, and what is not controlled as its uncertainties state. The records are \
          simulated by the model `{model}` with an integrator and a mesh that no fit uses, under the measured motion of the horn. They have the \
          sampling, trigger, noise, resolution, filter and gaps of the measured record, are written as files, and are read and fitted like it."
-    )));
+    ))];
     blocks.extend(tables(plan, count).into_iter().map(Block::Table));
     let experiments: Vec<&ExperimentCount> = count.right().collect();
     let mut plates: Vec<Plate> =
         experiments.first().filter(|_| plan.fits).map(|it| Plate::new("ranks", ranks(it))).into_iter().collect();
     plates.extend((experiments.len() > 1).then(|| Plate::new("widths", widths(&experiments))));
     blocks.push(Block::Plates(plates));
-    blocks.extend(provenance(facts, command_line));
-    let title = if plan.fits { "Coverage on this bench" } else { "Expected interval widths" };
-    let subtitle = "Records made on the user's own bench with known values, and what a fit makes of them".into();
-    Page { title: title.into(), subtitle, blocks }.files()
+    blocks
 }
 
 /// The answer in sentences.
@@ -58,15 +68,22 @@ pub fn sentences(count: &OwnCount) -> Vec<String> {
             format!("{}, {}: {} of {} intervals of 90 % hold the true value", it.name, own.name, own.covered, it.fits);
         out.push(own.widen.map_or_else(
             || format!("{held}."),
-            |factor| format!("{held}, too few; {} times as wide they would hold 90 %.", significant(factor, 3)),
+            |factor| format!("{held}, too few; `calibrate --widen {:.2}` makes them hold 90 %.", up(factor)),
         ));
     }
     let names = count.right().next().map_or(&[][..], |it| &it.parameters);
     out.extend(names.iter().enumerate().filter_map(|(d, parameter)| {
         let (best, width) = count.narrowest(d)?;
-        Some(format!("Narrowest interval of {}: {} (±{}).", parameter.name, best.name, half_width(width)))
+        let now = parameter.width().filter(|_| count.0[0].name == Experiment::AS_RECORDED).map(half_width);
+        let now = now.map_or_else(String::new, |now| format!("; now ±{now}"));
+        Some(format!("Narrowest interval of {}: {} (±{}{now}).", parameter.name, best.name, half_width(width)))
     }));
     out
+}
+
+/// A factor of which two decimals are to suffice.
+fn up(factor: f64) -> f64 {
+    (100.0 * factor).ceil() / 100.0
 }
 
 /// Half of a width in ln, as a percentage.
@@ -92,7 +109,7 @@ pub fn tables(plan: &OwnPlan, count: &OwnCount) -> Vec<Table> {
             row.push(optional(own.width_over_bound));
             row.extend([format!("{} of {}", own.covered, it.fits), percent(own.coverage)]);
             row.push(format!("{} ({})", fixed(own.ecdf_distance, 2), fixed(own.ecdf_band, 2)));
-            row.push(own.widen.map_or("–".into(), |factor| significant(factor, 3)));
+            row.push(own.widen.map_or("–".into(), |factor| fixed(up(factor), 2)));
         }
         row
     };

@@ -66,8 +66,6 @@ pub const CALIBRATE: Case = Case {
         "lab/vib.csv",
         "--evaluations",
         "200",
-        "--features",
-        "paper",
         "--fit",
         "alpha",
     ],
