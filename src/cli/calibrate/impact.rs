@@ -264,6 +264,7 @@ fn text(outcome: &ImpactOutcome, place: &Path) -> String {
     text += &crate::report::impact::lines(outcome);
     let here = std::env::current_dir();
     let place: PathBuf = here.map_or(place, |here| place.strip_prefix(here).unwrap_or(place)).join("report.html");
-    let _ = writeln!(text, "{} runs, {} failed. Report: {}", outcome.evaluations, outcome.failed_runs, place.display());
+    let _ =
+        writeln!(text, "{} runs, {} not usable. Report: {}", outcome.evaluations, outcome.failed_runs, place.display());
     text
 }

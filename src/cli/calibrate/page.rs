@@ -398,7 +398,7 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     }
     let _ = writeln!(
         text,
-        "{} runs, {} failed. Report: {}",
+        "{} runs, {} not usable. Report: {}",
         outcome.best.evaluations,
         outcome.best.failed_runs,
         std::env::current_dir()
@@ -422,6 +422,11 @@ fn answered_by(outcome: &CalibrationOutcome) -> String {
     }
 }
 
+/// `+0.4` or `−0.4`.
+fn signed(value: f64) -> String {
+    format!("{value:+.1}").replace('-', "−")
+}
+
 /// The three fitted features that are farthest off, and up to five that no run has.
 fn farthest(outcome: &CalibrationOutcome) -> String {
     let mut off: Vec<(&String, f64, bool)> = outcome
@@ -433,7 +438,7 @@ fn farthest(outcome: &CalibrationOutcome) -> String {
     off.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let shown = off.iter().filter(|(.., widened)| *widened).count().clamp(3, 5);
     let texts = off.iter().take(shown).map(|(name, deviation, widened)| {
-        format!("{name} {deviation:+.1}{}", if *widened { " (down-weighted)" } else { "" })
+        format!("{name} {}{}", signed(*deviation), if *widened { " (down-weighted)" } else { "" })
     });
     format!("{} SD of a run", texts.collect::<Vec<_>>().join(", "))
 }
@@ -465,7 +470,7 @@ fn feature_text(key: &str, feature: &FittedFeature, measured: &str) -> String {
     let factor = if key == "negative_peak" { -factor } else { factor };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
     let scatter = feature.scatter.zip(feature.expected).map(|(scatter, expected)| scatter * expected.abs());
-    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({pull:+.1} SD)").replace('-', "−"));
+    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({} SD)", signed(pull)));
     format!(
         "{measured} {}{unit}, model {} ± {}{unit}{deviation}",
         shown(feature.measured),
