@@ -179,7 +179,7 @@ pub struct SceneArguments {
     /// Drive frequency with its unit, such as 73kHz
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,
-    /// α, the factor on the drive's displacement
+    /// α, the first bead's drive divided by the true horn motion; `calibrate` then keeps it fixed
     #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
     pub alpha: Option<f64>,
     /// Override one key of the scene: a number without unit is SI; repeatable

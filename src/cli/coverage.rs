@@ -68,7 +68,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "quantity", "records", "fit", "mesh_density", "keep_records"])]
     pub plan: Option<PathBuf>,
     /// Experiments to plan: values of a scene key, KEY=START:STOP:STEP or KEY=A,B,C, or factors on the recorded horn motion, drive=0.4:1.6:0.4.
-    /// Without --count and --wrong nothing is fitted: expected interval widths, in seconds
+    /// Without --count and --wrong nothing is fitted: the expected interval widths take seconds
     #[arg(long, value_name = "KEY=VALUES", value_parser = axis, requires = "plan")]
     pub vary: Vec<Axis>,
     /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
@@ -77,7 +77,7 @@ pub struct Arguments {
     /// Expect widths with each experiment of --vary in addition to the plan's record, both fitted together
     #[arg(long, requires = "vary", conflicts_with = "wrong")]
     pub add_record: bool,
-    /// Synthetic records of each scenario or experiment; with --fit, --quantity or --records: number of benches [default: 8]
+    /// Synthetic records of each scenario or experiment; benches with --fit, --quantity or --records [default: 8]
     #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
     pub count: Option<u64>,
     /// Number of runs of the chain in each fit [default: as calibrate]

@@ -170,7 +170,7 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Print error and run time of every model and setting of a scene
     Accuracy(accuracy::Arguments),
-    /// Calibrate synthetic records of known truth and count how often the intervals cover it
+    /// Calibrate synthetic records of known truth and count how often the intervals contain the true values
     Coverage(coverage::Arguments),
     /// Run a calibration again from its recorded inputs and compare every number
     Verify(verify::Arguments),

@@ -44,11 +44,11 @@ use crate::{
 pub struct Arguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Take α, damping and scene from an earlier calibration
+    /// Take α, damping, scene, horn record and model from an earlier calibration
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
-    /// Also run N variants with random gaps and drive at each of three drive levels (99, 100 and 101 %), and print mean, standard deviation and
-    /// sensitivity
+    /// Also run N variants (random gaps, drive ± 0.01 %) at each of three drive levels (99, 100 and 101 %), and print mean, standard
+    /// deviation and sensitivity; the default model is then the chain
     #[arg(long, value_name = "N", value_parser = whole(2_u32, None), help_heading = "Study")]
     pub ensemble: Option<u32>,
     #[command(flatten)]

@@ -113,7 +113,9 @@ pub enum MeasurementError {
         path.display()
     )]
     PolytecBinary { path: PathBuf, extension: String },
-    #[error("{place}: --scale is for a column in volts, found the unit `{unit}`; leave --scale out, or pass --unit V")]
+    #[error(
+        "{place}: --scale is for a column in volts, found the unit `{unit}`; leave --scale out, or pass --unit V if its values are in volts"
+    )]
     ScaleWithoutVolts { place: Place, unit: String },
     #[error("{}: expected a range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
     WrongRange { path: PathBuf, found: String },

@@ -99,15 +99,19 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 fn decided(law: &Law<'_>) -> String {
     let waveform = law.fit.waveform.as_ref().filter(|waveform| waveform.decided);
     format!(
-        "p, the share of simulated records that fit as badly as this one or worse, is {}{}. Below 5 % the model is doubtful, below 1 % it is rejected \
-         (outside scatter). The figure shows the features that were compared, with their residuals after the fit.{}",
-        share(law.fit.p_value),
+        "{} Below 5 % the model is doubtful, below 1 % it is rejected (outside scatter). The figure shows the features that were compared, with \
+         their residuals after the fit.{}",
         match waveform {
             Some(waveform) if waveform.left_out == 0 => format!(
-                ": 2 × the smaller of the waveform's ({}) and the features', at most 100 %",
+                "p is {}: 2 × the smaller of two shares of simulated records that fit as badly as this one or worse, by the waveform ({}) and by the \
+                 features, at most 100 %.",
+                share(law.fit.p_value),
                 share(waveform.p_value)
             ),
-            _ => String::new(),
+            _ => format!(
+                "p, the share of simulated records that fit as badly as this one or worse, is {}.",
+                share(law.fit.p_value)
+            ),
         },
         if waveform.is_some() { " The parameters were fitted to the waveform; the features only enter p." } else { "" }
     )
