@@ -28,7 +28,7 @@ use granchain_model::{
     chain::FiniteBodyLaws,
     scene::{DampingKind, DriveKind, FlatContact, Material, Scene, Support},
 };
-use granchain_signal::Series;
+use granchain_signal::{Series, number::engineering};
 
 /// p above which the search for causes stops.
 const EXPLAINED: f64 = 0.3;
@@ -212,7 +212,7 @@ impl Case<'_> {
     fn peak(&self) -> String {
         let comparison = self.comparison;
         let peak = comparison.features.first().and_then(|z| comparison.amplitude(0, *z)).unwrap_or(0.0);
-        format!("{peak:.3} {}", comparison.unit(0))
+        engineering(peak, comparison.unit(0), 3)
     }
 
     /// A power of ten in all amplitudes, which is too far for the existing runs, so each is searched.
