@@ -117,7 +117,7 @@ def test_a_keyword_that_is_of_no_use_is_refused_by_its_name(twin: Path) -> None:
         granchain.calibrate(twin / "vib.csv", evaluations=3)
     with pytest.raises(granchain.UsageError):
         granchain.calibrate()
-    with pytest.raises(granchain.CalibrationError, match="bounds"):
+    with pytest.raises(granchain.UsageError, match="bounds"):
         granchain.calibrate(twin / "vib.csv", model="chain", bounds={"alpha": (0.9, 0.1)})
     with pytest.raises(granchain.UsageError, match="save"):
         granchain.calibrate(twin / "vib.csv", scene=granchain.Scene.from_toml('extends = "annulus"'))
