@@ -134,25 +134,17 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         return bench::execute(&arguments);
     }
     let (part, keep_records, session) = (arguments.part.part, arguments.keep_records, arguments.session.clone());
+    if let Some(part) = part {
+        let words: Vec<String> = super::typed().skip(1).collect();
+        return parts::write(part, &*divisible(arguments, &words)?, &session);
+    }
     if let Some(path) = arguments.plan.clone() {
-        let study = plan::Study::new(&path, arguments, super::typed().skip(1))?;
-        return match part {
-            Some(part) => parts::write(part, &study, &session),
-            None => study.run_here(),
-        };
+        return plan::Study::new(&path, arguments, super::typed().skip(1))?.run_here();
     }
     if is_impact(&arguments) {
-        let study = impact::Study::new(arguments)?;
-        return match part {
-            Some(part) => parts::write(part, &study, &session),
-            None => study.run_here(),
-        };
+        return impact::Study::new(arguments)?.run_here();
     }
-    let study = Study::new(arguments)?;
-    match part {
-        Some(part) => parts::write(part, &study, &session),
-        None => study.run_here(keep_records),
-    }
+    Study::new(arguments)?.run_here(keep_records)
 }
 
 /// The study that the arguments of parts ask for.

@@ -29,7 +29,7 @@ pub struct Estimate {
 }
 
 /// Width of a 90 % interval over the box's from which a parameter is unidentified; without any information it is 0.9.
-pub(super) const UNIDENTIFIED: f64 = 0.6;
+const UNIDENTIFIED: f64 = 0.6;
 
 /// The estimates of all parameters, and the most likely point in unit coordinates.
 pub(super) fn estimates_of(
@@ -44,16 +44,23 @@ pub(super) fn estimates_of(
 
 fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: usize) -> Estimate {
     let [low, median, high] = [0.05, 0.5, 0.95].map(|probability| posterior.quantile(d, probability));
-    let pressed = Parameter::pressed(low, most_likely, high);
-    Estimate {
-        name: parameter.name.clone(),
-        unit: parameter.unit.clone(),
-        value: parameter.value(most_likely),
-        median: parameter.value(median),
-        low: parameter.value(low),
-        high: parameter.value(high),
-        unidentified: high - low > UNIDENTIFIED,
-        at_bound: pressed.0 || pressed.1,
+    Estimate::between(parameter, most_likely, [low, median, high])
+}
+
+impl Estimate {
+    /// Of the most likely value and the quantiles 5, 50 and 95 %, in unit coordinates.
+    pub(super) fn between(parameter: &Parameter, most_likely: f64, [low, median, high]: [f64; 3]) -> Self {
+        let pressed = Parameter::pressed(low, most_likely, high);
+        Self {
+            name: parameter.name.clone(),
+            unit: parameter.unit.clone(),
+            value: parameter.value(most_likely),
+            median: parameter.value(median),
+            low: parameter.value(low),
+            high: parameter.value(high),
+            unidentified: high - low > UNIDENTIFIED,
+            at_bound: pressed.0 || pressed.1,
+        }
     }
 }
 

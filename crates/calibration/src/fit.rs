@@ -10,7 +10,7 @@ use super::{
     checkpoint::SearchCheckpoint,
     correction::{self, Correction, LevelDifference},
     discrepancy::Discrepancy,
-    estimate::{UNIDENTIFIED, drift, estimates_of},
+    estimate::{drift, estimates_of},
     fidelity::{FidelityLevel, Incomplete},
     forward::Run,
     likelihood::TrainingRuns,
@@ -208,9 +208,8 @@ impl Fit {
         for (estimate, parameter) in self.estimates.iter_mut().zip(&self.parameters) {
             let [middle, low, high] = [estimate.median, estimate.low, estimate.high].map(|x| parameter.coordinate(x));
             let [low, high] = [low, high].map(|end| (middle + factor * (end - middle)).clamp(0.0, 1.0));
-            let pressed = Parameter::pressed(low, parameter.coordinate(estimate.value), high);
-            (estimate.low, estimate.high) = (parameter.value(low), parameter.value(high));
-            (estimate.at_bound, estimate.unidentified) = (pressed.0 || pressed.1, high - low > UNIDENTIFIED);
+            let wider = Estimate::between(parameter, parameter.coordinate(estimate.value), [low, middle, high]);
+            *estimate = Estimate { value: estimate.value, median: estimate.median, ..wider };
         }
         let derived = self.waveform.iter_mut().flat_map(|it| [it.product.as_mut(), it.modulus.as_mut()]);
         derived.flatten().for_each(|[_, deviation]| *deviation *= factor);

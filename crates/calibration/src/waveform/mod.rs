@@ -35,7 +35,7 @@ use self::{
 use crate::{
     discrepancy::Discrepancy,
     drive::HornNoise,
-    estimate::{Estimate, UNIDENTIFIED},
+    estimate::Estimate,
     fidelity::{FidelityLevel, Pair},
     forward::{Forward, Uncertainty},
     parameter::Parameter,
@@ -159,17 +159,7 @@ impl WaveformFit {
         let estimate = |(d, parameter): (usize, &Parameter)| {
             let half = QUANTILE * self.covariance[d][d].sqrt() / parameter.span();
             let [low, middle, high] = [-half, 0.0, half].map(|by| (self.at[d] + by).clamp(0.0, 1.0));
-            let pressed = Parameter::pressed(low, middle, high);
-            Estimate {
-                name: parameter.name.clone(),
-                unit: parameter.unit.clone(),
-                value: parameter.value(middle),
-                median: parameter.value(middle),
-                low: parameter.value(low),
-                high: parameter.value(high),
-                at_bound: pressed.0 || pressed.1,
-                unidentified: high - low > UNIDENTIFIED,
-            }
+            Estimate::between(parameter, middle, [low, middle, high])
         };
         parameters.iter().enumerate().map(estimate).collect()
     }
