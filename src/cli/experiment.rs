@@ -15,7 +15,8 @@ use crate::{
         drive::RecordedDrive,
     },
     measurement::{Baseline, ReadOptions, Reading, RecordKind},
-    scene::ModelKind,
+    scene::{ModelKind, SceneError},
+    study::Grid,
 };
 
 /// Read what the flags name; fails before anything is run. A scene that names no model is computed by `preferred`.
@@ -165,6 +166,23 @@ pub fn refuse_drive_keys<'a>(bench: &Bench, mut keys: impl Iterator<Item = &'a s
         ))),
         None => Ok(()),
     }
+}
+
+/// Refuses a key that is varied in a unit of another dimension.
+pub fn refuse_wrong_units(bench: &Bench, grid: &Grid) -> anyhow::Result<()> {
+    for text in grid.with_units() {
+        if let Err(error @ SceneError::Quantity { .. }) = bench.scene_with(&[text]) {
+            anyhow::bail!(as_varied(&error, grid));
+        }
+    }
+    Ok(())
+}
+
+/// An error with the keys of a grid as they were typed.
+pub fn as_varied(error: &impl ToString, grid: &Grid) -> String {
+    grid.axes.iter().fold(error.to_string(), |said, axis| {
+        said.replace(&format!("--set {}=", axis.key), &format!("--vary {}=", axis.key))
+    })
 }
 
 #[cfg(test)]

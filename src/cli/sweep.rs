@@ -29,7 +29,7 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     model::{Estimate, ModelError},
-    scene::{Scene, SceneError},
+    scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
@@ -114,11 +114,7 @@ impl Study {
         let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
         bench.limits = session.limits();
         let base = base(&mut bench, &grid)?;
-        for text in grid.with_units() {
-            if let Err(error @ SceneError::Quantity { .. }) = bench.scene_with(&[text]) {
-                bail!("{}", error.to_string().replacen("--set", "--vary", 1));
-            }
-        }
+        experiment::refuse_wrong_units(&bench, &grid)?;
         session.assumed(&bench.assumptions);
         for warning in bench.warnings() {
             session.note(format_args!("warning: {warning}"));
@@ -320,11 +316,7 @@ fn stopped(error: SweepError, folder: Option<OutputFolder>, grid: &Grid) -> anyh
             if let Some(folder) = folder {
                 folder.discard();
             }
-            // As it was typed.
-            let as_typed = |said: String, axis: &Axis| {
-                said.replace(&format!("--set {}=", axis.key), &format!("--vary {}=", axis.key))
-            };
-            anyhow::anyhow!(grid.axes.iter().fold(error.to_string(), as_typed))
+            anyhow::anyhow!(experiment::as_varied(&error, grid))
         }
         (error, _) => error.into(),
     }

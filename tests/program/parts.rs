@@ -315,6 +315,11 @@ fn coverage_of_ones_own_bench_is_the_same_in_parts_and_its_intervals_are_as_wide
         );
     }
     refused(place.path(), &["coverage", "--plan", &five, "--count", "1"], &["the plan's own fit is `outside scatter`"]);
+    refused(
+        place.path(),
+        &["coverage", "--plan", &six, "--vary", "chain.radius=1kg"],
+        &["--vary chain.radius=1 kg: `chain.radius`: expected a length", "which is a mass"],
+    );
     for wrong in [&["--vary", "drive=0,1", "--plan", &six][..], &["--vary", "drive=1"], &["--wrong"]] {
         assert_eq!(granchain(place.path(), &[&["coverage"], wrong].concat()).0, 2, "{wrong:?}");
     }

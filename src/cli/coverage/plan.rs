@@ -6,11 +6,12 @@ use serde_json::{Value, json};
 
 use super::{Arguments, COUNT, RecordModel, SUMMARY, aligned};
 use crate::{
-    calibration::{Plan, Problem, plan::Likelihood, problem::DEFAULT_SEED},
+    calibration::{Plan, Problem, bench::Bench, plan::Likelihood, problem::DEFAULT_SEED},
     cli::{
         Outcome,
         arguments::{OutputArguments, Session, usage},
         calibrate::{definition::refused, manifest},
+        experiment,
         interrupt::{self, Interrupted},
         output::{OutputFolder, page_results, publish},
         parts::{self, Divisible, Parts},
@@ -33,11 +34,12 @@ const BOUNDED: u64 = 3;
 const LEVEL: &str = "drive";
 
 /// The experiments of a grid; the bench as it was recorded without one.
-fn experiments(axes: Vec<Axis>) -> anyhow::Result<Vec<Experiment>> {
+fn experiments(axes: Vec<Axis>, bench: &Bench) -> anyhow::Result<Vec<Experiment>> {
     if axes.is_empty() {
         return Ok(vec![Experiment::as_recorded()]);
     }
     let grid = Grid::new(axes)?;
+    experiment::refuse_wrong_units(bench, &grid)?;
     let experiment = |index: usize| {
         let (mut level, mut set) = (1.0, Vec::new());
         for (axis, value) in grid.axes.iter().zip(grid.values(index)) {
@@ -85,7 +87,7 @@ impl Study {
         plan.seed = session.seed.or(plan.seed).or(Some(DEFAULT_SEED));
         plan.likelihood = amplitudes.then_some(Likelihood::Amplitudes).or(plan.likelihood);
         let problem = Problem::read(&plan).map_err(refused)?;
-        let mut experiments = experiments(vary)?;
+        let mut experiments = experiments(vary, &problem.lead().bench)?;
         for experiment in &experiments {
             problem.lead().bench.scene_with(&experiment.set)?;
         }
