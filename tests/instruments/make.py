@@ -140,3 +140,20 @@ for channel in (0, 2):
 struct.pack_into("<I", d, 268, N)
 struct.pack_into("<q", d, 568, MIDDLE)
 open("rigol-4000.wfm", "wb").write(d + counts(v, 0.005, 127 - 10) + counts(-v, 0.005, 127 - 10))
+
+# HDF5 by h5py, and MATLAB 7.3 by hdf5storage; pip install h5py hdf5storage
+import h5py
+import hdf5storage
+
+with h5py.File("chunks.h5", "w") as file:
+    scope = file.create_group("scope")
+    scope["time_s"] = t
+    scope.create_dataset("vibrometer", data=v.astype(">f4"), chunks=(64,), compression="gzip", shuffle=True, fletcher32=True).attrs["unit"] = "mm/s"
+    file["about"] = "text"
+with h5py.File("columns.h5", "w", libver=("v110", "v110")) as file:
+    file.create_dataset("record", data=np.column_stack([t, 1e3 * v]), chunks=(64, 2), compression="lzf")
+hdf5storage.savemat(
+    "matrix-7.3.mat",
+    {"rec": {"volts_V": np.column_stack([v, -v]), "name": "chain"}, "fs": np.array([[5e6]]), "flag": np.array([[True]])},
+    format="7.3", truncate_existing=True, store_python_metadata=False, compress=True, compress_size_threshold=1,
+)

@@ -11,7 +11,7 @@
 //! | Keysight, Agilent, Rigol `.bin` | `AG` or `RG` and two digits | Keysight, *InfiniiVision Binary Waveform File Format* |
 //! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
 //! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
-//! | HDF5, MATLAB 7.3 | refused with what to type | – |
+//! | HDF5, MATLAB 7.3 | `\x89HDF`, `MATLAB 7.3` | read by `hdf5-pure` |
 //! | Siglent `.bin` | switches and scales of its channels; refused | Siglent, *How to Extract Data from the Binary File* |
 //! | WAV | `RIFF` | – |
 
@@ -75,7 +75,7 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         [b'R', b'I', b'F', b'F', ..] => wav::read,
         [b'A' | b'R', b'G', b'0' | b'1' | b'2' | b'3', b'0'..=b'9', ..] => keysight::read,
         _ if head.starts_with(b"MATLAB 5.0") => matlab::read,
-        _ if hdf5::is_file(head) => hdf5::refuse,
+        _ if hdf5::is_file(head) => hdf5::read,
         _ if head.starts_with(b":WFMP") || head.starts_with(b":CURV") => tektronix::read,
         _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,

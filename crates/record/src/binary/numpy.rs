@@ -21,6 +21,8 @@ const MOST_ARRAYS: usize = 200;
 /// A named array of numbers.
 pub(super) struct Array {
     pub name: String,
+    /// As the file states it; empty if it does not.
+    pub unit: String,
     pub rows: usize,
     pub columns: usize,
     /// One column after the other.
@@ -91,13 +93,14 @@ fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
     let data = Bytes { all: bytes.get(from + length..).unwrap_or_default(), big_endian: descr.starts_with('>') };
     let count = rows.checked_mul(columns).filter(|count| *count <= data.all.len() / kind.width()).ok_or_else(cut)?;
     let stored = data.samples(0, kind.width(), count, kind);
-    let by_column = columns == 1 || of("fortran_order").is_some_and(|order| order.starts_with("True"));
-    let values = if by_column {
-        stored
-    } else {
-        (0..columns).flat_map(|column| stored.iter().skip(column).step_by(columns)).copied().collect()
-    };
-    Ok(Array { name: name.to_owned(), rows, columns, values })
+    let is_by_column = columns == 1 || of("fortran_order").is_some_and(|order| order.starts_with("True"));
+    let values = if is_by_column { stored } else { by_column(&stored, columns) };
+    Ok(Array { name: name.to_owned(), unit: String::new(), rows, columns, values })
+}
+
+/// Values stored row after row, column after column.
+pub(super) fn by_column(values: &[f64], columns: usize) -> Vec<f64> {
+    (0..columns).flat_map(|column| values.iter().skip(column).step_by(columns)).copied().collect()
 }
 
 /// Names of a scalar that states the sample rate (Hz), and the sample interval (s).
@@ -124,7 +127,7 @@ pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, St
     let longest = arrays.iter().map(|it| it.rows.max(if it.rows == 1 { it.columns } else { 0 })).max().unwrap_or(0);
     let mut contents =
         Contents { written: written.into(), assumptions: assumptions.into_iter().collect(), ..Contents::default() };
-    for Array { name, rows, columns, values } in arrays {
+    for Array { name, unit, rows, columns, values } in arrays {
         // A row is a column that lies.
         let (rows, columns) = if rows == 1 { (columns, 1) } else { (rows, columns) };
         if rows < 2 || rows < longest {
@@ -133,7 +136,7 @@ pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, St
         for (column, values) in values.chunks_exact(rows).enumerate() {
             let name = if columns == 1 { name.clone() } else { format!("{name}:{}", column + 1) };
             let grid = step.as_ref().map(|(step, _)| (start, *step));
-            contents.channels.push(Channel { name, grid, values: values.to_vec(), ..Channel::default() });
+            contents.channels.push(Channel { name, unit: unit.clone(), grid, values: values.to_vec() });
         }
     }
     if contents.channels.is_empty() {

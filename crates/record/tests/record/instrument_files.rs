@@ -34,6 +34,10 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         ("rate.npz", &options(), 0.1, -1e-5, 4e-9),
         ("compressed.mat", &plain, 1.0, -1e-5, 1e-15),
         ("structure.mat", &options(), 0.1, 0.0, 0.0),
+        ("chunks.h5", &plain, 1e-3, -1e-5, 4e-11),
+        ("columns.h5", &columns, 100.0, -1e-5, 1e-12),
+        ("matrix-7.3.mat", &channel("1"), 0.1, 0.0, 0.0),
+        ("matrix-7.3.mat", &channel("rec.volts_V:2"), -0.1, 0.0, 0.0),
         ("segments.tdms", &channel("vibrometer"), 0.1, -1e-5, 0.0),
         ("segments.tdms", &channel("horn"), 0.2, -1e-5, 0.0),
         ("full-scale.wav", &channel("1"), 0.1, 0.0, 1e-8),
@@ -95,7 +99,7 @@ fn what_is_missing_is_asked_for_and_a_file_cut_anywhere_is_refused_or_shorter() 
 }
 
 #[test]
-fn hdf5_is_named_with_three_lines_of_python() {
+fn a_broken_hdf5_file_is_refused_with_three_lines_of_python() {
     for head in [&b"MATLAB 7.3 MAT-file, Platform: GLNXA64"[..], b"\x89HDF\r\n\x1a\n"] {
         let refused = read_record_bytes(Path::new("a/shot 1.mat"), head, Some(RecordKind::Vibrometer), &options());
         let message = refused.unwrap_err().to_string();

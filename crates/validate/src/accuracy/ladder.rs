@@ -262,7 +262,7 @@ impl Ladder {
                 "finite-body-tolerance",
                 FidelityLevel::FiniteBody,
                 tolerance,
-                &[(density, 12.0)],
+                &[(density, 16.0)],
                 &[1e-2, 1e-3, 1e-4, 1e-6],
                 Limit::At(1e-12, 1e-13),
             ),
@@ -278,7 +278,7 @@ impl Ladder {
                 "reduced-step",
                 FidelityLevel::Reduced,
                 step,
-                &[(density, 12.0), (modes, 8.0)],
+                &[(density, 16.0), (modes, 8.0)],
                 &[1e-7, 5e-8, 2.5e-8, 1.25e-8, 6.25e-9],
                 Limit::At(1e-9, 0.5e-9),
             ),
@@ -294,7 +294,7 @@ impl Ladder {
                 "reduced-modes",
                 FidelityLevel::Reduced,
                 modes,
-                &[(density, 12.0), (step, 1.25e-8)],
+                &[(density, 16.0), (step, 1.25e-8)],
                 &[0.0, 1.0, 2.0, 4.0, 8.0, 16.0],
                 Limit::At(64.0, 100.0),
             ),
@@ -304,6 +304,7 @@ impl Ladder {
             reduced(6.0, 1e-7, 0.0),
             reduced(8.0, 1e-7, 0.0),
             reduced(8.0, 5e-8, 2.0),
+            reduced(12.0, 5e-8, 8.0),
             reduced(16.0, 5e-8, 4.0),
             reduced(24.0, 2.5e-8, 8.0),
             reduced(32.0, 2.5e-8, 8.0),
@@ -315,7 +316,7 @@ impl Ladder {
         } else {
             [reduced(64.0, 2.5e-9, 24.0), reduced(88.0, 1.25e-9, 36.0)]
         };
-        Self { window, best, lines, beside, chaos: reduced(12.0, 5e-8, 8.0) }
+        Self { window, best, lines, beside, chaos: reduced(16.0, 5e-8, 8.0) }
     }
 
     fn fea() -> Vec<Line> {
@@ -354,7 +355,7 @@ impl Ladder {
                 "reduced-step",
                 FidelityLevel::Reduced,
                 step,
-                &[(density, 12.0), (modes, 8.0)],
+                &[(density, 16.0), (modes, 8.0)],
                 &[5e-8, 2.5e-8, 1.25e-8],
                 Limit::At(3.125e-9, 1.5625e-9),
             ),
@@ -375,8 +376,11 @@ impl Ladder {
                 Limit::At(3.125e-9, 1.5625e-9),
             ),
         ];
-        let beside =
-            vec![reduced(16.0, 6.25e-9, 8.0), Setting::of(FidelityLevel::Fea, &[(density, 12.0), (step, 5e-8)])];
+        let beside = vec![
+            reduced(12.0, 5e-8, 8.0),
+            reduced(16.0, 6.25e-9, 8.0),
+            Setting::of(FidelityLevel::Fea, &[(density, 12.0), (step, 5e-8)]),
+        ];
         let best = [reduced(64.0, 6.25e-9, 12.0), reduced(88.0, 3.125e-9, 12.0)];
         Self { window: WATER_WINDOW, best, lines, beside, chaos: fixed(2.5e-8) }
     }
@@ -495,8 +499,8 @@ mod tests {
         let ladder = Ladder::of(&scene::load("rigid", &[]).unwrap());
         let find = |key: &str| ladder.lines.iter().find(|line| line.key == key).unwrap();
         let (step, mesh, modes) = (find("reduced-step"), find("reduced-mesh"), find("reduced-modes"));
-        assert_eq!(step.settings[3].1, mesh.settings[2].1);
-        assert_eq!(mesh.settings[2].1, modes.settings[4].1);
-        assert_eq!(step.settings[3].1.to_string(), "mesh density 12, step 12.5 ns, modes 8");
+        assert_eq!(step.settings[3].1, mesh.settings[3].1);
+        assert_eq!(mesh.settings[3].1, modes.settings[4].1);
+        assert_eq!(step.settings[3].1.to_string(), "mesh density 16, step 12.5 ns, modes 8");
     }
 }

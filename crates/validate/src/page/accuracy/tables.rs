@@ -1,7 +1,8 @@
 //! The settings, the orders, the features beyond the window, the references.
 
 use super::{line_name, percent, setting_of, value_said};
-use crate::accuracy::{Accuracy, Seconds, stored::Stored};
+use crate::accuracy::{Accuracy, Seconds, ladder::Setting, stored::Stored};
+use granchain_model::scene;
 use granchain_report::{
     number::significant,
     page::{Column, Table},
@@ -23,12 +24,13 @@ pub fn settings(accuracy: &Accuracy) -> Table {
         } else {
             significant(100.0 * measured.error, 2)
         };
-        let mark = match (front.contains(&place), accuracy.fresh.get(place) == Some(&true)) {
-            (true, true) => "front",
-            (true, false) => "front, stored",
-            (false, true) => "",
-            (false, false) => "stored",
-        };
+        let is_stored = accuracy.fresh.get(place) != Some(&true);
+        let marks = [
+            (is_default(&found.scene, &measured.setting), "default"),
+            (front.contains(&place), "front"),
+            (is_stored, "stored"),
+        ];
+        let marks: Vec<&str> = marks.iter().filter(|(applies, _)| *applies).map(|(_, mark)| *mark).collect();
         vec![
             setting_of(measured),
             error,
@@ -45,7 +47,7 @@ pub fn settings(accuracy: &Accuracy) -> Table {
             count(measured.work.contact_sweeps),
             count(measured.work.active_sets),
             significant(1e3 * measured.energy, 2),
-            mark.into(),
+            marks.join(", "),
         ]
     });
     Table {
@@ -72,6 +74,12 @@ pub fn settings(accuracy: &Accuracy) -> Table {
         ],
         rows: rows.collect(),
     }
+}
+
+/// Whether the scene runs so when only the model is named.
+fn is_default(scene: &str, setting: &Setting) -> bool {
+    let model = format!("model.kind={}", setting.fidelity.model().name());
+    matches!((scene::load(scene, &setting.sets), scene::load(scene, &[model])), (Ok(set), Ok(default)) if set == default)
 }
 
 fn count(count: u64) -> String {
