@@ -17,6 +17,9 @@ use super::{
 /// Most bytes that an archive may unpack to, over its own length; most arrays.
 const MOST_UNPACKED: u64 = 200;
 const MOST_ARRAYS: usize = 200;
+/// First bytes of the end of a zip archive, and the least bytes that it lists a file with.
+const END: &[u8] = b"PK\x05\x06";
+const LEAST_ENTRY: usize = 46;
 
 /// A named array of numbers.
 pub(super) struct Array {
@@ -43,6 +46,12 @@ pub(super) fn is_archive(head: &[u8]) -> bool {
 pub(super) fn read_archive(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
     let refused =
         |error: &dyn std::fmt::Display| format!("NumPy archive (.npz): expected arrays, found: {error}; save it again");
+    // The archive reserves memory for as many files as its end announces.
+    let end = bytes.windows(END.len()).rposition(|part| part == END).unwrap_or(bytes.len());
+    let announced = [8, 10].map(|at| Bytes::little(bytes).u16(end + at).map_or(0, usize::from));
+    if announced.iter().any(|count| count * LEAST_ENTRY > bytes.len()) {
+        return Err(refused(&"an end that announces more files than there are bytes for"));
+    }
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| refused(&error))?;
     let mut arrays = Vec::new();
     let mut left = MOST_UNPACKED * bytes.len() as u64;
@@ -145,4 +154,18 @@ pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, St
         ));
     }
     Ok(contents)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_archive_that_announces_more_files_than_it_can_list_is_refused_before_it_is_opened() {
+        let mut bytes = vec![0; 100];
+        bytes[60..64].copy_from_slice(END);
+        bytes[70..72].copy_from_slice(&3072u16.to_le_bytes());
+        let refused = read_archive(Path::new("a.npz"), &bytes, &ReadOptions::default()).unwrap_err();
+        assert!(refused.contains("more files than there are bytes for"), "{refused}");
+    }
 }
