@@ -152,6 +152,11 @@ with h5py.File("chunks.h5", "w") as file:
     file["about"] = "text"
 with h5py.File("columns.h5", "w", libver=("v110", "v110")) as file:
     file.create_dataset("record", data=np.column_stack([t, 1e3 * v]), chunks=(64, 2), compression="lzf")
+with h5py.File("infiniium.h5", "w") as file:
+    for number, sign in ((1, 1), (2, -1)):
+        channel = file.create_group(f"Waveforms/Channel {number}")
+        channel.attrs.update({"XInc": STEP, "XOrg": START, "XUnits": "Second", "YInc": 2e-5, "YOrg": 0.05, "YUnits": "Volt"})
+        channel[f"Channel {number} Data"] = np.round((sign * v - 0.05) / 2e-5).astype("<i2")
 hdf5storage.savemat(
     "matrix-7.3.mat",
     {"rec": {"volts_V": np.column_stack([v, -v]), "name": "chain"}, "fs": np.array([[5e6]]), "flag": np.array([[True]])},

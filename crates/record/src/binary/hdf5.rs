@@ -1,9 +1,10 @@
 //! HDF5, also as MATLAB 7.3: data sets of real numbers in one or two dimensions, also within groups.
 //!
-//! MATLAB writes a structure as a group and a matrix transposed, so that its columns lie one after the other. A text attribute `unit` or `units`
-//! of a data set is its unit.
+//! MATLAB writes a structure as a group and a matrix transposed, so that its columns lie one after the other. Attributes of a data set or of its
+//! group are read where they have the names of the conventions of Climate and Forecast (netCDF) or of Keysight Infiniium: unit, first instant and
+//! step, and gain and offset of integers.
 
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group};
 
@@ -20,6 +21,12 @@ const MOST_UNPACKED: usize = 200;
 const MOST_ARRAYS: usize = 2000;
 const DEEPEST: usize = 6;
 
+const UNIT: [&str; 3] = ["unit", "units", "YUnits"];
+const STEP: [&str; 3] = ["dt", "XInc", "wf_increment"];
+const START: [&str; 3] = ["t0", "XOrg", "wf_start_offset"];
+/// Gain and offset; whether floating-point values have them too.
+const SCALES: [(&str, &str, bool); 2] = [("scale_factor", "add_offset", true), ("YInc", "YOrg", false)];
+
 pub(super) fn is_file(head: &[u8]) -> bool {
     head.starts_with(HDF5) || head.starts_with(MATLAB)
 }
@@ -27,10 +34,13 @@ pub(super) fn is_file(head: &[u8]) -> bool {
 pub(super) fn read(path: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
     let is_matlab = bytes.starts_with(MATLAB);
     let form = if is_matlab { "MATLAB 7.3 (.mat)" } else { "HDF5" };
-    let mut walk = Walk { is_matlab, found: Vec::new(), left: MOST_UNPACKED.saturating_mul(bytes.len()), visited: 0 };
+    let left = MOST_UNPACKED.saturating_mul(bytes.len());
+    let mut walk = Walk { is_matlab, found: Vec::new(), left, visited: 0, assumptions: Vec::new() };
     let file = File::from_bytes(bytes.to_vec());
     file.and_then(|file| walk.group(&file.root(), "", 0)).map_err(|error| refusal(form, path, is_matlab, &error))?;
-    contents(form, walk.found)
+    let mut contents = contents(form, walk.found)?;
+    contents.assumptions.append(&mut walk.assumptions);
+    Ok(contents)
 }
 
 struct Walk {
@@ -38,13 +48,15 @@ struct Walk {
     found: Vec<Array>,
     left: usize,
     visited: usize,
+    assumptions: Vec<String>,
 }
 
 impl Walk {
     fn group(&mut self, group: &Group, prefix: &str, depth: usize) -> Result<(), Error> {
+        let attributes = group.attrs()?;
         for (name, dataset) in group.iter_datasets()? {
             if self.found.len() < MOST_ARRAYS {
-                self.dataset(&dataset, format!("{prefix}{name}"))?;
+                self.dataset(&dataset, format!("{prefix}{name}"), &attributes)?;
             }
         }
         for (name, inner) in group.iter_groups()? {
@@ -57,11 +69,12 @@ impl Walk {
         Ok(())
     }
 
-    fn dataset(&mut self, dataset: &Dataset, name: String) -> Result<(), Error> {
+    fn dataset(&mut self, dataset: &Dataset, name: String, group: &HashMap<String, AttrValue>) -> Result<(), Error> {
         use DType::{F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
-        if !matches!(dataset.dtype(), Ok(F32 | F64 | I8 | I16 | I32 | I64 | U8 | U16 | U32 | U64)) {
+        let Ok(kind @ (F32 | F64 | I8 | I16 | I32 | I64 | U8 | U16 | U32 | U64)) = dataset.dtype() else {
             return Ok(());
-        }
+        };
+        let is_float = matches!(kind, F32 | F64);
         let Ok(shape) = dataset.shape() else { return Ok(()) };
         let count = shape.iter().try_fold(1, |count: usize, size| count.checked_mul(usize::try_from(*size).ok()?));
         let sizes: Vec<usize> = shape.iter().filter(|size| **size != 1).map(|size| *size as usize).collect();
@@ -69,21 +82,36 @@ impl Walk {
             return Ok(());
         };
         let attributes = dataset.attrs()?;
-        let text = |name: &str| attributes.get(name).and_then(AttrValue::as_str).map(|text| text.trim().to_owned());
+        let attribute = |name: &str| attributes.get(name).or_else(|| group.get(name));
+        let text = |name: &str| attribute(name).and_then(AttrValue::as_str).map(|text| text.trim().to_owned());
+        let number =
+            |name: &str| attribute(name).and_then(|value| value.as_f64().or_else(|| Some(value.as_i64()? as f64)));
         // Texts, truth values and empty matrices of MATLAB are arrays of integers.
         let class = text("MATLAB_class").unwrap_or_default();
         if matches!(class.as_str(), "char" | "logical" | "cell") || attributes.contains_key("MATLAB_empty") {
             return Ok(());
         }
         self.left -= count;
-        let values = dataset.read_f64()?;
-        let unit = ["unit", "units"].into_iter().find_map(text).unwrap_or_default();
+        let mut values = dataset.read_f64()?;
+        for (gain, offset, scales_floats) in SCALES {
+            let (stated, gain, offset) =
+                (number(gain).or(number(offset)), number(gain).unwrap_or(1.0), number(offset).unwrap_or(0.0));
+            if stated.is_some() && is_float && !scales_floats {
+                self.assumptions
+                    .push(format!("`{name}`: floating-point values, taken as they are, without gain and offset"));
+            } else if stated.is_some() {
+                values.iter_mut().for_each(|value| *value = gain * *value + offset);
+            }
+        }
+        let unit = UNIT.into_iter().find_map(text).unwrap_or_default();
+        let start = START.into_iter().find_map(number).unwrap_or(0.0);
+        let grid = STEP.into_iter().find_map(number).map(|step| (start, step));
         let outer = sizes.first().map_or(1, |outer| *outer);
         let inner = count / outer;
         self.found.push(match (self.is_matlab, sizes.len()) {
-            (_, 0 | 1) => Array { name, unit, rows: count, columns: 1, values },
-            (true, _) => Array { name, unit, rows: inner, columns: outer, values },
-            (false, _) => Array { name, unit, rows: outer, columns: inner, values: by_column(&values, inner) },
+            (_, 0 | 1) => Array { name, unit, grid, rows: count, columns: 1, values },
+            (true, _) => Array { name, unit, grid, rows: inner, columns: outer, values },
+            (false, _) => Array { name, unit, grid, rows: outer, columns: inner, values: by_column(&values, inner) },
         });
         Ok(())
     }

@@ -133,7 +133,7 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     }
     file.slice(data, length)?;
     let values = file.samples(data, kind.width(), count, kind);
-    found.push(Array { name, unit: String::new(), rows: sizes[0], columns: sizes[1], values });
+    found.push(Array { name, unit: String::new(), grid: None, rows: sizes[0], columns: sizes[1], values });
     Some(())
 }
 

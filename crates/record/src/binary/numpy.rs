@@ -26,6 +26,8 @@ pub(super) struct Array {
     pub name: String,
     /// As the file states it; empty if it does not.
     pub unit: String,
+    /// First instant and step, s, if the file states those of this array.
+    pub grid: Option<(f64, f64)>,
     pub rows: usize,
     pub columns: usize,
     /// One column after the other.
@@ -104,7 +106,7 @@ fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
     let stored = data.samples(0, kind.width(), count, kind);
     let is_by_column = columns == 1 || of("fortran_order").is_some_and(|order| order.starts_with("True"));
     let values = if is_by_column { stored } else { by_column(&stored, columns) };
-    Ok(Array { name: name.to_owned(), unit: String::new(), rows, columns, values })
+    Ok(Array { name: name.to_owned(), unit: String::new(), grid: None, rows, columns, values })
 }
 
 /// Values stored row after row, column after column.
@@ -136,7 +138,7 @@ pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, St
     let longest = arrays.iter().map(|it| it.rows.max(if it.rows == 1 { it.columns } else { 0 })).max().unwrap_or(0);
     let mut contents =
         Contents { written: written.into(), assumptions: assumptions.into_iter().collect(), ..Contents::default() };
-    for Array { name, unit, rows, columns, values } in arrays {
+    for Array { name, unit, grid, rows, columns, values } in arrays {
         // A row is a column that lies.
         let (rows, columns) = if rows == 1 { (columns, 1) } else { (rows, columns) };
         if rows < 2 || rows < longest {
@@ -144,7 +146,7 @@ pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, St
         }
         for (column, values) in values.chunks_exact(rows).enumerate() {
             let name = if columns == 1 { name.clone() } else { format!("{name}:{}", column + 1) };
-            let grid = step.as_ref().map(|(step, _)| (start, *step));
+            let grid = grid.or_else(|| step.as_ref().map(|(step, _)| (start, *step)));
             contents.channels.push(Channel { name, unit: unit.clone(), grid, values: values.to_vec() });
         }
     }

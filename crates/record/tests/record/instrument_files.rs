@@ -35,6 +35,7 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         ("compressed.mat", &plain, 1.0, -1e-5, 1e-15),
         ("structure.mat", &options(), 0.1, 0.0, 0.0),
         ("chunks.h5", &plain, 1e-3, -1e-5, 4e-11),
+        ("infiniium.h5", &channel("Waveforms.Channel 2.Channel 2 Data"), -0.1, -1e-5, 1.01e-6),
         ("columns.h5", &columns, 100.0, -1e-5, 1e-12),
         ("matrix-7.3.mat", &channel("1"), 0.1, 0.0, 0.0),
         ("matrix-7.3.mat", &channel("rec.volts_V:2"), -0.1, 0.0, 0.0),
