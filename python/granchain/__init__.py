@@ -1,11 +1,13 @@
-"""Replays laboratory experiments on driven granular chains and calibrates a model of them against what was recorded.
+"""Simulate driven granular chains and calibrate models of them against laboratory records.
 
+A number is in SI; a text in its place carries its unit, such as ``"1.5 MHz"``. Work runs without the interpreter's lock. Ctrl-C stops it.
+
+Examples
+--------
 >>> import granchain
 >>> record = granchain.read("vib.csv")  # doctest: +SKIP
 >>> outcome = granchain.calibrate(record, "horn_tip.csv", "annulus")  # doctest: +SKIP
 >>> outcome.verdict, outcome.parameters["alpha"].value  # doctest: +SKIP
-
-Everything is in SI; where a text is taken in place of a number it carries its unit. Work is done without the interpreter's lock, Ctrl-C stops it.
 """
 
 from ._calibrations import Calibration, Parameter, Posterior, Runs, calibrate

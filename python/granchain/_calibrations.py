@@ -1,4 +1,4 @@
-"""Calibrations: which drive level, damping and more make the model answer like the record, how sure that is, and whether it explains the record."""
+"""Calibrations: fitted parameters with intervals, and the verdict on whether the model explains the record."""
 
 from __future__ import annotations
 
@@ -26,24 +26,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A fitted parameter, SI.
+    """A fitted parameter in SI.
 
     Attributes
     ----------
     value
-        The jointly most likely value.
-    low, high
-        Ends of the 90 % interval; ``None`` where no interval means anything.
+        Jointly most probable value.
+    low
+        Lower end of the 90 % interval; ``None`` if no interval is quoted.
+    high
+        Upper end of the 90 % interval; ``None`` if no interval is quoted.
     median
         Marginal median.
     unit
-        SI unit, ``1`` for a pure number.
+        SI unit; ``1`` for a pure number.
     bounds
-        Of the search.
+        Lower and upper limit of the range of the search.
     at_bound
-        Whether value or interval touches a bound.
+        Whether the value or its interval touches a limit of the range.
     unidentified
-        Whether the interval is hardly narrower than the box: the record says nothing of it.
+        Whether the interval spans more than 60 % of the range (in logarithms): the record does not determine the parameter.
     """
 
     value: float
@@ -58,16 +60,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Posterior:
-    """A posterior on its grid, SI.
+    """Posterior as weighted points of a grid, in SI.
 
     Attributes
     ----------
     parameters
         Names, in the order of the columns of `points`.
     points
-        Centres of the cells, a row a cell.
+        Parameter values, one row for each point.
     weights
-        Probability of each cell; they sum to 1.
+        Probability of each point; they sum to 1.
     """
 
     parameters: list[str]
@@ -75,24 +77,24 @@ class Posterior:
     weights: Floats
 
     def mean(self) -> dict[str, float]:
-        """Mean of each parameter."""
+        """Return the posterior mean of each parameter, SI."""
         return dict(zip(self.parameters, (self.weights @ self.points).tolist(), strict=True))
 
 
 @dataclass(frozen=True)
 class Runs:
-    """Every run of a fit, in the order made.
+    """Every run of a fit, in the order of its calculation.
 
     Attributes
     ----------
     parameters
         Names, in the order of the columns of `points`.
     points
-        Values, SI, a row a run.
+        Parameter values, SI, one row for each run.
     misfit
-        In scatters of a single run; NaN of a failed run.
+        Mean squared deviation of the features from the record, in SD²; NaN for a failed run.
     failures
-        Why a run failed; ``None`` of a finished one.
+        Reason of the failure; ``None`` for a finished run.
     """
 
     parameters: list[str]
@@ -101,7 +103,7 @@ class Runs:
     failures: list[str | None]
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas frame, a row a run."""
+        """Return a pandas data frame with one row for each run."""
         import pandas
 
         columns = {name: self.points[:, index] for index, name in enumerate(self.parameters)}
@@ -113,10 +115,16 @@ def _parameter(found: Mapping[str, Any]) -> Parameter:
 
 
 class Calibration:
-    """What came of a calibration.
+    """Result of `calibrate`: verdict, parameters, posterior, report.
 
-    A law is a damping law, on a mount of the disc where mounts compete; ``law=0`` is the best one. ``chain=True`` asks for the fit of the chain
-    from which the answer of the reduced model started.
+    Methods take `law` and `chain`. ``law=0`` is the best of the fitted damping laws (for a pressure combined with mounts of the disc). ``chain=True``
+    gives the fit of the chain, from which the fit of the reduced model started.
+
+    Examples
+    --------
+    >>> outcome = calibrate("vib.csv", "horn_tip.csv", "annulus")  # doctest: +SKIP
+    >>> outcome.verdict, outcome.parameters["alpha"].low, outcome.parameters["alpha"].high  # doctest: +SKIP
+    >>> outcome.write_report("report")  # doctest: +SKIP
     """
 
     def __init__(self, calibration: native.Calibration) -> None:
@@ -124,115 +132,132 @@ class Calibration:
 
     @cached_property
     def json(self) -> dict[str, Any]:
-        """``calibration.json``."""
+        """Content of ``calibration.json``."""
         outcome: dict[str, Any] = json.loads(self.file("calibration.json"))
         return outcome
 
     @property
     def laws(self) -> list[dict[str, Any]]:
-        """What the fit of every law says, best first."""
+        """Results of every fitted law, best first."""
         return list(self.json["laws"])
 
     @property
     def verdict(self) -> str:
-        """``within scatter``, ``doubtful``, ``outside scatter``, ``not converged``."""
+        """Verdict: ``within scatter``, ``doubtful``, ``outside scatter`` or ``not converged``."""
         return str(self.json["verdict"])
 
     @property
     def p_value(self) -> float:
-        """Share of right records that are as far from the model as this one."""
+        """p-value of the verdict: share of simulated records that fit as badly as this one or worse."""
         return float(self.json["p_value"])
 
     @property
     def model(self) -> str:
-        """The model that answers."""
+        """Model that gives the values."""
         return str(self.json["model"])
 
     @property
     def damping_kind(self) -> str:
-        """The damping law of the answer."""
+        """Damping law of the values."""
         return str(self.json["damping_kind"])
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """The fitted parameters by name."""
+        """Fitted parameters by name."""
         return {name: _parameter(found) for name, found in self.json["parameters"].items()}
 
     @property
     def features(self) -> dict[str, dict[str, Any]]:
-        """Watched features of record and model, SI."""
+        """Features of record and model, SI: ``measured``, ``simulated``, ``scatter``, ``sensitivity``, ``unit``."""
         return dict(self.json.get("features", {}))
 
     @property
     def diagnosis(self) -> list[dict[str, Any]]:
-        """What would explain the record where the model does not, likeliest first."""
+        """Likely causes if the model does not explain the record, most probable first."""
         return list(self.json.get("diagnosis", []))
 
     @property
     def statements(self) -> list[str]:
-        """What the data cannot separate, and which further record would."""
+        """Sentences on what the record cannot determine, and which further record would."""
         return list(self.json["statements"])
 
     @property
     def assumed(self) -> list[str]:
-        """What was understood and assumed on reading."""
+        """Assumptions made on reading."""
         return list(self.json["assumptions"])
 
     @property
     def warnings(self) -> list[str]:
-        """What looks wrong in the records, though they could be read."""
+        """Warnings about the records."""
         return list(self.json.get("warnings", []))
 
     def posterior(self, law: int = 0, *, chain: bool = False) -> Posterior:
-        """The posterior on its grid: weighted points."""
+        """Return the posterior as weighted points."""
         points, weights = self._calibration.posterior(law, chain)
         return Posterior(self._calibration.parameters(law), points, weights)
 
     def samples(self, count: int = 4000, *, seed: int = 1, law: int = 0, chain: bool = False) -> dict[str, Floats]:
-        """Points drawn from the posterior, independent of one another, by parameter, SI; the same seed draws the same."""
+        """Draw independent points from the posterior.
+
+        Parameters
+        ----------
+        count
+            Number of points.
+        seed
+            Seed of the random values.
+        law
+            Index of the damping law, best first.
+        chain
+            Whether to use the fit of the chain.
+
+        Returns
+        -------
+        dict
+            One array for each parameter, SI.
+        """
         drawn = self._calibration.draw(law, chain, count, seed)
         return {name: np.ascontiguousarray(drawn[:, i]) for i, name in enumerate(self._calibration.parameters(law))}
 
     def runs(self, law: int = 0, *, chain: bool = False) -> Runs:
-        """Every run of a fit."""
+        """Return every run of a fit."""
         points, misfit, failures = self._calibration.runs(law, chain)
         return Runs(self._calibration.parameters(law), points, misfit, failures)
 
     def has_chain(self, law: int = 0) -> bool:
-        """Whether a fit of the chain stands below the answer."""
+        """Return whether ``chain=True`` is possible: the values come from a more exact model than the chain."""
         return self._calibration.has_below(law)
 
     @property
     def files(self) -> list[str]:
-        """Names of the files of the report."""
+        """Names of the report's files."""
         return [os.fspath(name) for name in self._calibration.files()]
 
     def file(self, name: str) -> bytes:
-        """The bytes of one of them."""
+        """Return the bytes of one of `files`; raise ``KeyError`` for another name."""
         found = self._calibration.file(name)
         if found is None:
             raise KeyError(name)
         return found
 
     def write_report(self, folder: StrPath, *, force: bool = False) -> str:
-        """Write the folder that ``granchain calibrate`` writes: ``report.html``, ``calibration.json``, figures, every run.
+        """Write the folder that ``granchain calibrate`` writes: ``report.html``, ``calibration.json``, figures and runs.
 
         Parameters
         ----------
         folder
-            Appears whole or not at all.
+            Folder to write, as a whole or not at all.
         force
-            Write beside files that granchain did not write.
+            Also write beside files that granchain did not write.
 
         Returns
         -------
         str
-            Its place.
+            Path of the folder.
         """
         return os.fspath(self._calibration.write(folder, force))
 
     def to_dataframe(self, law: int = 0, *, chain: bool = False) -> pandas.DataFrame:
-        """Every run as a pandas frame."""
+        """Return every run as a pandas data frame."""
         return self.runs(law, chain=chain).to_dataframe()
 
     def _attributes(self) -> dict[str, Any]:
@@ -240,7 +265,7 @@ class Calibration:
         return {"verdict": self.verdict, "p_value": self.p_value, "model": self.model, "damping_kind": self.damping_kind}
 
     def to_xarray(self, count: int = 4000, *, seed: int = 1, law: int = 0, chain: bool = False) -> xarray.Dataset:
-        """Draws from the posterior as an xarray dataset over ``draw``."""
+        """Return `count` draws from the posterior as an xarray dataset over ``draw``, with units (see `samples`)."""
         import xarray
 
         units = {name: found["unit"] for name, found in self.laws[law]["parameters"].items()}
@@ -251,7 +276,7 @@ class Calibration:
     def to_arviz(
         self, count: int = 4000, *, chains: int = 4, seed: int = 1, law: int = 0, chain: bool = False
     ) -> arviz.InferenceData:
-        """Draws from the posterior as ArviZ ``InferenceData``: `count` in all, independent of one another, dealt out to `chains`."""
+        """Return `count` independent draws from the posterior as ArviZ ``InferenceData``, divided among `chains` (see `samples`)."""
         import arviz
 
         drawn = self.samples(count, seed=seed, law=law, chain=chain)
@@ -342,55 +367,75 @@ def calibrate(
     progress: Progress | None = None,
     **reading: Unpack[RecordsOptions],
 ) -> Calibration:
-    """Fit a scene to a record, or to several: ``granchain calibrate``.
+    """Fit a scene to one or several records, as ``granchain calibrate`` does.
 
     Parameters
     ----------
     measured
-        Record of a vibrometer or hydrophone, a TOML file of published features, or several records that are fitted together.
+        Record of a vibrometer or hydrophone, a TOML file of published values, or several records to fit together.
     drive
-        The horn's record of it, or of each [default: ``horn_tip.csv`` beside the record]; ``"none"`` for the scene's own drive.
-    scene, settings
-        What stands on the bench [default: ``annulus``, or ``water`` for a pressure], and keys changed in it.
+        Record of the horn, for all records or for each [default: ``horn_tip.csv`` beside the record]. ``"none"`` takes the scene's own drive.
+    scene
+        Scene, or the name or file of one [default: ``annulus``, or ``water`` for a pressure].
+    settings
+        Values of the scene's keys to change.
     model
-        ``chain``: the chain searches and answers. ``ladder``: the chain searches, the reduced model answers [default, of one record].
+        Model that gives the values: ``chain``, ``reduced`` or ``fea`` [default: ``reduced`` for a single velocity record]. ``ladder`` is ``reduced``.
     accuracy
-        In place of `model` the cheapest model and settings whose error, measured on the built-in scene, is at most this, such as ``"1%"``.
+        Instead of `model`, the largest error, such as ``"1%"``: the fastest model and settings that reach it on the built-in scene are used.
     plan
-        Plan of the fit (TOML); keywords win over it.
+        Plan of the fit (TOML). Keywords win over it.
     quantity
-        Recorded quantity [default: velocity].
+        Recorded quantity [default: ``velocity``].
     fit
-        Names of the parameters to fit [default: alpha and damping].
+        Names of the parameters to fit [default: ``alpha`` and ``damping``].
     bounds
-        Range (lower and upper limit) of a parameter, by name.
+        Range of a parameter by name: lower and upper limit.
     damping
-        Damping laws to fit.
+        Damping laws to fit, such as ``["linear", "kuwabara-kono"]`` [default: the scene's].
     uncertainty
-        What the bench leaves open, drawn into every run, by name.
+        Uncertainty by name of what the laboratory does not control, such as ``{"gap": "0.5 nm"}``.
     evaluations
-        Runs a law [default: the number whose intervals were tested].
+        Number of runs for each damping law [default: the number with which intervals were tested].
     widen
         Factor, at least 1, on every 90 % interval.
     coverage
-        Number of synthetic records of this bench with which coverage is counted: ``json["coverage"]``.
+        Number of synthetic records of this bench. Their coverage is in ``json["coverage"]``.
     seed
-        Of everything drawn [default: 1].
+        Seed of the random values [default: 1].
     alpha
-        Amplitude scale, where it is not fitted.
+        α, the first bead's drive divided by the true horn motion, if it is not fitted.
     limits
-        Whether runs that are estimated to take more work or memory than is sensible are refused.
+        Refuse runs with a very large estimated work or memory.
     cache
-        Folder in which reduced bodies are kept, or ``"none"``.
+        Folder for reduced bodies, or ``"none"`` [default: the program's].
     progress
-        Told of the work done and of all of it, in runs of the chain. An exception in it, or Ctrl-C, stops the fit.
+        Function that is called with the work done and the total, in runs of the chain. An exception in it stops the fit.
     **reading
-        How the records are read, and with ``drive_`` before it how the horn's.
+        Keywords of `RecordsOptions`.
+
+    Returns
+    -------
+    Calibration
+        Verdict, parameters with 90 % intervals, posterior and report.
 
     Raises
     ------
-    RecordError, SceneError, CalibrationError, SimulationError, UsageError
-        With place, what was expected and found, and what to pass.
+    RecordError
+        If a record cannot be read or fitted.
+    SceneError
+        If a key or value of the scene is wrong.
+    CalibrationError
+        If the fit is not possible.
+    SimulationError
+        If the runs fail.
+    UsageError
+        If arguments are wrong or contradict each other.
+
+    Examples
+    --------
+    >>> outcome = calibrate("vib.csv", "horn_tip.csv", "annulus", fit=["alpha", "damping"], model="chain")  # doctest: +SKIP
+    >>> outcome.verdict, outcome.parameters["alpha"].value  # doctest: +SKIP
     """
     for name, instead in _REMOVED.items():
         if name in reading:

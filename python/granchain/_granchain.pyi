@@ -38,13 +38,26 @@ __all__ = [
     "universal",
 ]
 
-class GranchainError(Exception): ...
-class UsageError(GranchainError): ...
-class RecordError(GranchainError): ...
-class SceneError(GranchainError): ...
-class SimulationError(GranchainError): ...
-class FeatureError(GranchainError): ...
-class CalibrationError(GranchainError): ...
+class GranchainError(Exception):
+    """Base of every error of this package. The message says what was expected, what was found, and what to pass."""
+
+class UsageError(GranchainError):
+    """Arguments are wrong or contradict each other."""
+
+class RecordError(GranchainError):
+    """A file or array cannot be read as a record."""
+
+class SceneError(GranchainError):
+    """A key or value of a scene is wrong."""
+
+class SimulationError(GranchainError):
+    """A run fails, or needs too much work or memory."""
+
+class FeatureError(GranchainError):
+    """A record has nothing to measure."""
+
+class CalibrationError(GranchainError):
+    """A fit is not possible."""
 
 def run_program(typed: Sequence[str], subcommand: str | None = None) -> int: ...
 @final

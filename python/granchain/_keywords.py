@@ -24,63 +24,66 @@ _DRIVE_READ = {f"drive_{name}" for name in _READ | {"channel", "unit", "scale", 
 
 
 class SampleOptions(TypedDict, total=False):
-    """What samples do not say about themselves; whatever is left out is assumed, and said so."""
+    """Keywords about samples. What is left out is assumed, and the assumption is listed in `Record.assumed`."""
 
     baseline: Literal["auto", "pretrigger", "mean", "plateau", "none"]
-    """Which offset is removed."""
+    """Offset that is removed."""
     invert: bool
-    """Turn the sign: positive must be from piston to support."""
+    """Change the sign. Positive must be from piston to support."""
     bandwidth: Quantity
     """−6 dB bandwidth of the vibrometer, Hz."""
     delay: Quantity
     """Group delay of the vibrometer, s: the record lags the motion by it."""
     trigger: Quantity
-    """Instant of the trigger on the file's time axis, s; it becomes t = 0."""
+    """Instant of the trigger on the time axis, s. It becomes t = 0."""
     scale: str
     """Sensitivity, for a column in volts: ``"125 mm/s/V"``, ``"2 um/V"``, ``"250 nV/Pa"``."""
     range: str
     """Full-scale value of vibrometer or hydrophone, such as ``"1 m/s"``."""
     resample: bool
-    """Interpolate uneven samples onto an even grid."""
+    """Interpolate uneven samples onto an even grid by a cubic spline."""
     drive_frequency: Quantity
-    """Drive frequency f0, Hz, where it is known."""
+    """Drive frequency f0, Hz."""
     force_frequency: bool
-    """Take the drive frequency as stated, though the strongest line of a horn's record is another."""
+    """Accept the stated drive frequency although the strongest line of the horn's record is another."""
 
 
 class ReadingOptions(SampleOptions, total=False):
-    """What a file does not say about itself; whatever is left out is taken from the file, or assumed and said so."""
+    """Keywords about a file, in addition to those of `SampleOptions`.
+
+    What is left out is read from the file, or assumed and listed in `Record.assumed`.
+    """
 
     channel: str | int
-    """Column of the recorded quantity: its header, or its number from 1."""
+    """Column of the recorded quantity: its header or its number from 1."""
     time_column: str | int
-    """Column of time, likewise."""
+    """Column of time: its header or its number from 1."""
     unit: str
     """Unit of the recorded quantity, such as ``mm/s``; overrides the file."""
     time_unit: str
     """Unit of time, such as ``us``; overrides the file."""
     missing: Literal["refuse", "interpolate"]
-    """What is done about cells such as ``n/a``."""
+    """Whether cells such as ``n/a`` are refused or interpolated."""
     delimiter: str
-    """What separates the values, such as ``semicolon``."""
+    """Delimiter of the values: ``comma``, ``semicolon`` or ``tab``."""
     decimal: str
-    """How decimals are written: ``point`` or ``comma``."""
+    """Decimal mark: ``point`` or ``comma``."""
     sample_rate: Quantity
     """Sample rate of a file without a column of time, Hz."""
     dataset: int
-    """Function of a universal file, or segment of a file with several; from 1."""
+    """Function of a universal file, or segment of a file with several, from 1."""
     averages: int
-    """Number of shots that the record is the mean of."""
+    """Number of shots of which the record is the mean."""
     response: str
     """Frequency response of the instrument: ``bessel``, ``butterworth-2``, or rows such as ``1MHz:-2.1dB``."""
     mask: str
     """Samples that are masked: ``auto``, ``none``, or stretches such as ``12.1us:13.4us``."""
     bench: StrPath
-    """File that says how each channel is read."""
+    """Bench file, which says how each channel is read. Keywords win over it."""
 
 
 class RecordsOptions(ReadingOptions, total=False):
-    """The same, and with ``drive_`` before them those of the horn's record."""
+    """Keywords of `ReadingOptions`, and with ``drive_`` before them the same for the horn's record (``drive_scale="2 um/V"``)."""
 
     drive_channel: str | int
     drive_time_column: str | int

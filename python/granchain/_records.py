@@ -31,14 +31,16 @@ _UFF_UNITS = {8: "m", 11: "m/s", 15: "Pa"}
 
 @dataclass(frozen=True)
 class Sampling:
-    """Instants of an even record.
+    """Instants of an evenly sampled record.
 
     Attributes
     ----------
-    start, step
-        First instant and interval, s.
+    start
+        First instant, s.
+    step
+        Interval between samples, s.
     rate
-        Samples a second, Hz.
+        Sample rate, Hz.
     count
         Number of samples.
     """
@@ -50,9 +52,14 @@ class Sampling:
 
 
 class Record:
-    """One record, in SI; motion is positive from piston to support, t = 0 is the trigger.
+    """One record of the laboratory in SI. Motion is positive from piston to support; t = 0 is the trigger.
 
-    Made by :func:`read` or :meth:`from_arrays`.
+    `read` and `Record.from_arrays` make it. ``len(record)`` is the number of samples.
+
+    Examples
+    --------
+    >>> record = read("vib.csv")  # doctest: +SKIP
+    >>> record.unit, len(record), record.values.max()  # doctest: +SKIP
     """
 
     def __init__(self, record: native.Record, path: str, options: list[str], content: bytes | None = None) -> None:
@@ -74,24 +81,43 @@ class Record:
         name: str | None = None,
         **reading: Unpack[SampleOptions],
     ) -> Record:
-        """A record of samples that are in memory, read as the same samples in a file would be.
+        """Make a record of samples in memory. They are treated as the same samples in a file.
 
         Parameters
         ----------
         values
-            Samples.
+            Samples in `unit`.
         unit
-            Their unit: ``"m/s"``, ``"um"``, ``"kPa"``, or ``"V"`` with `scale`.
+            Unit of the samples: ``"m/s"``, ``"um"``, ``"kPa"``, or ``"V"`` with `scale`.
         time
-            Instants, s; or else
-        sample_rate, start
-            samples a second, Hz, and the first instant, s.
+            Instants, s. Without them pass `sample_rate`.
+        sample_rate
+            Sample rate, Hz.
+        start
+            First instant, s, with `sample_rate`.
         kind
-            What was recorded where.
+            ``vibrometer`` (last bead), ``horn-tip`` or ``hydrophone``.
         name
-            What it is called in messages and reports [default: its kind].
+            Name in messages and reports [default: `kind`].
         **reading
-            What samples do not say: see :class:`SampleOptions`.
+            Keywords of `SampleOptions`.
+
+        Returns
+        -------
+        Record
+            The record in SI.
+
+        Raises
+        ------
+        UsageError
+            If the arguments contradict each other.
+        RecordError
+            If the samples cannot be used as a record.
+
+        Examples
+        --------
+        >>> time = np.arange(4000) / 5e6
+        >>> record = Record.from_arrays(0.1 * np.sin(2 * np.pi * 73e3 * time), unit="m/s", time=time)  # doctest: +SKIP
         """
         for what, array in (("values", values), ("time", time)):
             if array is not None and np.ma.is_masked(array):
@@ -126,79 +152,79 @@ class Record:
 
     @property
     def values(self) -> Floats:
-        """Samples in :attr:`unit`: displacement of a horn tip, velocity of a bead, pressure of a hydrophone."""
+        """Samples in `unit`: displacement of a horn tip, velocity of a bead or pressure of a hydrophone."""
         return self._series[1]
 
     @cached_property
     def raw(self) -> tuple[Floats, Floats]:
-        """Instants (s) and samples (SI of :attr:`recorded`) as they stand in the file."""
+        """Instants (s) and samples (SI unit of `recorded`) as they stand in the file."""
         return self._record.raw()
 
     @property
     def unit(self) -> str:
-        """SI unit of :attr:`values`."""
+        """SI unit of `values`."""
         return str(self._about["unit"])
 
     @property
     def quantity(self) -> str:
-        """What :attr:`values` are: ``displacement``, ``velocity``, ``pressure``."""
+        """Quantity of `values`: ``displacement``, ``velocity`` or ``pressure``."""
         return str(self._about["quantity"])
 
     @property
     def recorded(self) -> str:
-        """What the file's column held; a horn tip's velocity has been integrated."""
+        """Quantity of the file's column. The velocity of a horn tip is integrated to a displacement."""
         return str(self._about["recorded"])
 
     @property
     def kind(self) -> str:
-        """What was recorded where: ``horn-tip``, ``vibrometer``, ``hydrophone``."""
+        """Kind of record: ``horn-tip``, ``vibrometer`` or ``hydrophone``."""
         return str(self._about["kind"])
 
     @property
     def path(self) -> str:
-        """The file; ``(array)/NAME`` of one that is in memory."""
+        """Path of the file, or ``(array)/NAME`` for samples in memory."""
         return self._path
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of its bytes."""
+        """SHA-256 of the file's bytes."""
         return str(self._about["sha256"])
 
     @property
     def sampling(self) -> Sampling:
-        """Its instants."""
+        """First instant, interval and number of the samples."""
         return Sampling(**self._about["sampling"])
 
     @property
     def assumed(self) -> list[str]:
-        """What was assumed on reading."""
+        """Assumptions made on reading, one sentence each."""
         return list(self._about["assumed"])
 
     @property
     def warnings(self) -> list[str]:
-        """What looks wrong but could be read: what was seen, why it matters, what to do."""
+        """Warnings: what was found, why it matters, what to do."""
         return list(self._about["warnings"])
 
     @property
     def noise_rms(self) -> float:
-        """Noise in :attr:`unit`, rms; 0 if unknown."""
+        """Noise, rms in `unit`; 0 if unknown."""
         return float(self._about["noise_rms"])
 
     @property
     def bandwidth(self) -> float | None:
-        """−6 dB bandwidth of the vibrometer, Hz, where stated."""
+        """−6 dB bandwidth of the vibrometer, Hz; ``None`` if not stated."""
         found = self._about["bandwidth"]
         return None if found is None else float(found)
 
     @property
     def drive_frequency(self) -> float | None:
-        """f0, Hz: as stated, else the strongest line of a horn's record."""
+        """Drive frequency f0, Hz: as stated, otherwise the strongest line of a horn's record."""
         found = self._about["drive_frequency"]
         return None if found is None else float(found)
 
     @property
     def about(self) -> dict[str, Any]:
-        """Everything that is known of it but the samples: baseline, clipping, columns, comments …"""
+        """All metadata: baseline, clipping, columns, comments and so on."""
         return dict(self._about)
 
     def __len__(self) -> int:
@@ -209,14 +235,18 @@ class Record:
         return f"<Record {self.path}: {self.quantity} in {self.unit}, {sampling.count} samples at {sampling.rate:.6g} Hz>"
 
     def save(self, path: StrPath, *, raw: bool = False) -> None:
-        """Write it as a table (``.csv``) or, by the ending ``.uff`` or ``.unv``, a universal file (58b).
+        """Write the record as a table (``.csv``) or as a universal file (``.uff``, ``.unv``; data set 58b).
 
         Parameters
         ----------
         path
-            Where to.
+            File to write. Its ending decides the format.
         raw
             Write the samples as they stood in the file.
+
+        Examples
+        --------
+        >>> record.save("vib.uff")  # doctest: +SKIP
         """
         if os.fspath(path).lower().endswith((".uff", ".unv")):
             content = native.universal(self._record, self.path, raw)
@@ -227,14 +257,14 @@ class Record:
         Path(path).write_bytes(content)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas frame with one column, indexed by time (s)."""
+        """Return a pandas data frame with one column, indexed by time (s)."""
         import pandas
 
         index = pandas.Index(self.time, name="time_s")
         return pandas.DataFrame({f"{self.quantity}_{_suffix(self.unit)}": self.values}, index=index)
 
     def to_xarray(self) -> xarray.DataArray:
-        """An xarray array over time, with units and assumptions as attributes."""
+        """Return an xarray array over time (s), with unit, path, SHA-256 and assumptions as attributes."""
         import xarray
 
         return xarray.DataArray(
@@ -246,7 +276,7 @@ class Record:
         )
 
     def to_pyuff(self) -> dict[str, Any]:
-        """A data set 58 as pyuff takes it: ``pyuff.UFF(path).write_sets(record.to_pyuff())``, of a path that is not there yet."""
+        """Return a data set 58 for pyuff: ``pyuff.UFF(path).write_sets(record.to_pyuff())``. The file must not exist yet."""
         sampling = self.sampling
         return {
             "type": 58, "func_type": 1, "binary": 1, "id1": self.path[:80], "id2": "NONE", "id3": "NONE", "id4": "NONE", "id5": "NONE",
@@ -270,18 +300,28 @@ class Record:
     def from_pyuff(
         cls, dataset: dict[str, Any], *, kind: Kind, unit: str | None = None, **reading: Unpack[SampleOptions]
     ) -> Record:
-        """A record of a data set 58 as pyuff reads it.
+        """Make a record of a data set 58 that pyuff has read.
 
         Parameters
         ----------
         dataset
             One of ``pyuff.UFF(path).read_sets()``.
         kind
-            What was recorded where.
+            ``vibrometer`` (last bead), ``horn-tip`` or ``hydrophone``.
         unit
-            Unit of the samples [default: as the set states, else SI of its quantity].
+            Unit of the samples [default: the set's, otherwise the SI unit of its quantity].
         **reading
-            As for :func:`read`.
+            Keywords of `SampleOptions`.
+
+        Returns
+        -------
+        Record
+            The record in SI.
+
+        Raises
+        ------
+        RecordError
+            If the set is no time response or has no unit.
         """
         if dataset.get("type") != 58 or dataset.get("func_type") != 1:
             raise native.RecordError(
@@ -300,25 +340,31 @@ def _suffix(unit: str) -> str:
 
 
 def read(path: StrPath, *, kind: Kind | None = None, **reading: Unpack[ReadingOptions]) -> Record:
-    """Read a record of any form that granchain knows: CSV of a dozen makers, universal files.
+    """Read a record: a text table, a universal file, or an oscilloscope's own file.
 
     Parameters
     ----------
     path
-        The file.
+        File to read.
     kind
-        Kind of record [default: from the file's name and units].
+        ``vibrometer`` (last bead), ``horn-tip`` or ``hydrophone`` [default: from the file's name and units].
     **reading
-        What the file does not say: see :class:`ReadingOptions`. A plain number is SI, a text carries its unit.
+        Keywords of `ReadingOptions`. A number is SI, a text carries its unit.
 
     Returns
     -------
     Record
+        The record in SI, with its assumptions and warnings.
 
     Raises
     ------
     RecordError
-        With file, line and column, what was expected and found, and what to pass.
+        If the file cannot be read. The message names file, line, column, what was expected and found, and what to pass.
+
+    Examples
+    --------
+    >>> record = read("scope.csv", channel="CH2", scale="125 mm/s/V", delay="4 us")  # doctest: +SKIP
+    >>> record.time, record.values, record.unit, record.assumed  # doctest: +SKIP
     """
     options = flags({"kind": kind, **reading})
     return Record(native.read(path, options), os.fspath(path), options)
@@ -326,16 +372,16 @@ def read(path: StrPath, *, kind: Kind | None = None, **reading: Unpack[ReadingOp
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Amplitudes of a trace, and what was measured on it.
+    """Amplitude spectrum of a trace, with its features.
 
     Attributes
     ----------
     frequency
-        Hz.
+        Frequencies, Hz.
     amplitude
-        In the unit of the trace.
+        Amplitudes in the unit of the trace.
     features
-        As ``summary.json`` of ``granchain spectrum``: peaks, lines, distortion, bandwidth, repetition, window.
+        Features as in ``summary.json`` of ``granchain spectrum``: peaks, lines, distortion, bandwidth, repetition, window.
     """
 
     frequency: Floats
@@ -343,12 +389,23 @@ class Spectrum:
     features: dict[str, Any]
 
     def line(self, ratio: str) -> dict[str, Any] | None:
-        """The line at a ratio of the drive frequency, such as ``"1/3"``; ``None`` where it could not be measured."""
+        """Return the line at a ratio of the drive frequency.
+
+        Parameters
+        ----------
+        ratio
+            Text such as ``"1/3"``.
+
+        Returns
+        -------
+        dict or None
+            ``ratio``, ``frequency_hz``, ``amplitude`` (SI), ``relative`` and ``db``; ``None`` if the line could not be measured.
+        """
         found = (line for line in self.features["lines"] if str(line["ratio"]) == ratio)
         return next(found, None)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas frame, indexed by frequency (Hz)."""
+        """Return a pandas data frame of the amplitudes, indexed by frequency (Hz)."""
         import pandas
 
         index = pandas.Index(self.frequency, name="frequency_hz")
@@ -374,23 +431,34 @@ def spectrum(
     start: float | None = None,
     stop: float | None = None,
 ) -> Spectrum:
-    """Spectrum and features of a record: lines at fractions of the drive, peaks, distortion, bandwidth.
+    """Compute spectrum and features of a record: lines at fractions of the drive frequency, peaks, distortion, bandwidth.
 
     Parameters
     ----------
     record
         A record, or its file.
     drive
-        The horn's record, which says frequency and window [default: ``horn_tip.csv`` beside a file].
+        Record of the horn, which gives drive frequency and window [default: ``horn_tip.csv`` beside a file].
     drive_frequency
-        f0, Hz [default: refined from the drive, else as stated, else the strongest line].
-    start, stop
-        Ends of the window, s [default: where the drive's envelope exceeds half its peak].
+        Drive frequency f0, Hz [default: from `drive`, otherwise as stated, otherwise the strongest line].
+    start
+        Beginning of the window, s [default: where the drive's envelope rises above half its peak].
+    stop
+        End of the window, s [default: where that envelope falls below half its peak].
+
+    Returns
+    -------
+    Spectrum
+        Frequencies, amplitudes and features.
 
     Raises
     ------
     FeatureError
-        When there is nothing to measure.
+        If there is nothing to measure.
+
+    Examples
+    --------
+    >>> spectrum("vib.csv").line("1/3")["db"]  # doctest: +SKIP
     """
     found = as_record(record, None)
     named = "" if drive is None or isinstance(drive, Record) else os.fspath(drive)
@@ -416,5 +484,11 @@ def features(
     start: float | None = None,
     stop: float | None = None,
 ) -> dict[str, Any]:
-    """Features of a record: the same numbers as :func:`spectrum`, without the spectrum."""
+    """Compute the features of a record. Arguments and numbers are those of `spectrum`.
+
+    Returns
+    -------
+    dict
+        ``Spectrum.features``.
+    """
     return spectrum(record, drive, drive_frequency=drive_frequency, start=start, stop=stop).features

@@ -30,24 +30,24 @@ Progress: TypeAlias = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a scene file, of the one table of them.
+    """Description of one key of scene files.
 
     Attributes
     ----------
     name
-        With its tables, such as ``damping.coefficient``.
+        Name with its tables, such as ``damping.coefficient``.
     takes
-        What it takes, in words.
+        Values that it takes, in words.
     unit
-        SI unit of a plain number; empty where there is none.
+        SI unit of a plain number; empty if there is none.
     default
-        What is taken where it is not given, in words.
+        Default value, in words.
     meaning
-        What it means.
+        Meaning of the key.
     conditions
-        Other keys that decide whether it has an effect, with the values where it has.
+        Other keys, with the values at which this key has an effect.
     alternative
-        A key and the values of it that do in place of the conditions; empty where there is none.
+        A key, with the values that replace the conditions; empty if there is none.
     """
 
     name: str
@@ -61,18 +61,20 @@ class Key:
 
 @dataclass(frozen=True)
 class Setting:
-    """A key of a scene with its value, SI.
+    """A key of a scene with its value.
 
     Attributes
     ----------
-    key, meaning
-        The key, and what it means.
+    key
+        Name of the key.
     value
-        SI.
+        Value in SI.
     unit
-        Its SI unit; empty where there is none.
+        SI unit of the value; empty if there is none.
     text
-        For people, such as ``4.8 mm``.
+        Value with a unit, such as ``4.8 mm``.
+    meaning
+        Meaning of the key.
     """
 
     key: str
@@ -83,33 +85,33 @@ class Setting:
 
 
 def scenes() -> list[str]:
-    """Names of the built-in scenes."""
+    """Return the names of the built-in scenes."""
     return [name for name, _ in native.built_in()]
 
 
 def scene_keys() -> list[Key]:
-    """Every key of a scene file."""
+    """Return a description of every key of scene files."""
     either = [(key, [key["alternative"]] if key["alternative"] else []) for key in json.loads(native.keys())]
     return [Key(**{**key, "conditions": dict(key["conditions"]), "alternative": dict(other)}) for key, other in either]
 
 
 class Scene:
-    """A bench and its drive. Keys are read and set as those of a ``dict``: a plain number is SI, a text carries its unit.
+    """A bench and its drive. Keys are read and set as in a ``dict``: a number is SI, a text carries its unit.
 
     Parameters
     ----------
     source
-        Name of a built-in scene (:func:`scenes`), or a scene file.
+        Name of a built-in scene (`scenes`), or a scene file.
     settings
-        Values of keys that are changed.
+        Values of the keys to change.
     drive
-        Record of the horn's tip that drives the piston in place of the scene's own drive, or its file.
+        Record of the horn tip, or its file. It drives the piston instead of the scene's own drive.
     model
-        ``chain``, ``reduced`` or ``fea`` [default: as the scene says, else ``reduced``].
+        ``chain``, ``reduced`` or ``fea`` [default: the scene's, otherwise ``reduced``].
     limits
-        Whether a run that is estimated to take more work or memory than is sensible is refused.
+        Refuse runs with a very large estimated work or memory.
     **reading
-        How the file of the drive is read.
+        Keywords of `ReadingOptions` for the file of the drive.
 
     Examples
     --------
@@ -120,7 +122,7 @@ class Scene:
     Raises
     ------
     SceneError
-        With file and line or the key, what was expected and found.
+        If a key or value is wrong. The message names file and line or the key, and what was expected and found.
     """
 
     def __init__(
@@ -143,7 +145,22 @@ class Scene:
 
     @classmethod
     def from_toml(cls, toml: str, settings: Mapping[str, object] | None = None, *, name: str = "scene.toml") -> Scene:
-        """A scene of the text of a scene file; `name` is what messages call it, and where its paths begin."""
+        """Make a scene from the text of a scene file.
+
+        Parameters
+        ----------
+        toml
+            Text of a scene file.
+        settings
+            Values of the keys to change.
+        name
+            Path for messages. Relative paths in the text start at its folder.
+
+        Returns
+        -------
+        Scene
+            The scene.
+        """
         scene = cls.__new__(cls)
         scene._source, scene._text, scene._limits, scene._drive, scene._given = name, toml, True, None, {}
         scene._scene = scene._make(settings or {})
@@ -165,7 +182,7 @@ class Scene:
         return {setting["key"]: Setting(**setting) for setting in json.loads(self._scene.settings())}
 
     def with_settings(self, settings: Mapping[str, object]) -> Scene:
-        """The same scene with other values."""
+        """Return a copy of the scene with other values of some keys."""
         other = Scene.__new__(Scene)
         other.__dict__.update({key: value for key, value in self.__dict__.items() if key != "_settings"})
         other._given = dict(self._given)
@@ -173,7 +190,7 @@ class Scene:
         return other
 
     def setting(self, key: str) -> Setting:
-        """A key with value, unit and meaning."""
+        """Return a key with its value, unit and meaning; raise `SceneError` if it has no effect in this scene."""
         try:
             return self._settings[key]
         except KeyError:
@@ -197,31 +214,31 @@ class Scene:
         return len(self._settings)
 
     def keys(self) -> list[str]:
-        """The keys that have an effect."""
+        """Return the keys that have an effect."""
         return list(self._settings)
 
     @property
     def settings(self) -> dict[str, Setting]:
-        """Every key that has an effect, with its value."""
+        """Every key that has an effect, with value, unit and meaning."""
         return dict(self._settings)
 
     @property
     def about(self) -> dict[str, Any]:
-        """Name, description, model, duration (s), drive frequency (Hz), effects with their reasons."""
+        """Name, description, model, duration (s), drive frequency (Hz), and effects with their reasons."""
         about: dict[str, Any] = json.loads(self._scene.about())
         return about
 
     @property
     def assumed(self) -> list[str]:
-        """What was assumed on reading it and its drive."""
+        """Assumptions made on reading the scene and its drive."""
         return list(self.about["assumed"])
 
     def to_toml(self) -> str:
-        """As a scene file that reads back as the same scene."""
+        """Return the text of a scene file that reads back as the same scene."""
         return self._scene.to_toml()
 
     def save(self, path: StrPath) -> None:
-        """Write it as a scene file."""
+        """Write a scene file."""
         Path(path).write_text(self.to_toml(), encoding="utf-8")
 
     def __repr__(self) -> str:
@@ -246,7 +263,13 @@ def as_scene(
 
 
 class Run:
-    """What a scene did: every column of ``response.csv`` by its name, on one time grid."""
+    """Response of a scene: the columns of ``response.csv`` by name, on one time grid.
+
+    Examples
+    --------
+    >>> run = replay("annulus", {"duration": "300 us"})  # doctest: +SKIP
+    >>> run["pole_velocity_m_per_s"].max(), run.force.max()  # doctest: +SKIP
+    """
 
     def __init__(self, run: native.Run) -> None:
         self._run = run
@@ -258,7 +281,7 @@ class Run:
 
     @cached_property
     def columns(self) -> dict[str, Floats]:
-        """Every column of ``response.csv`` behind the time, SI, by the name it has there."""
+        """Every column of ``response.csv`` after the time, SI, by its name."""
         return dict(self._run.columns())
 
     def __getitem__(self, column: str) -> Floats:
@@ -266,22 +289,22 @@ class Run:
 
     @cached_property
     def displacement(self) -> NDArray[np.float64]:
-        """Displacement of the beads, m: a row a bead, the first at the piston."""
+        """Displacement of the beads, m, one row for each bead, the first at the piston."""
         return np.array(self._run.displacements())
 
     @cached_property
     def velocity(self) -> NDArray[np.float64]:
-        """Velocity of the beads, m/s: a row a bead."""
+        """Velocity of the beads, m/s, one row for each bead, the first at the piston."""
         return np.array([values for name, values in self.columns.items() if name.startswith("bead")])
 
     @cached_property
     def force(self) -> NDArray[np.float64]:
-        """Force of the contacts, N, pressing: a row a contact, the first at the piston."""
+        """Force of the contacts, N, positive when pressed, one row for each contact, the first at the piston."""
         return np.array([values for name, values in self.columns.items() if name.endswith("_force_n")])
 
     @cached_property
     def seen(self) -> Floats:
-        """Velocity of the observed point as the scene's vibrometer passes it, m/s."""
+        """Velocity of the observed point after the scene's vibrometer filter, m/s."""
         return self._run.seen()[1]
 
     @cached_property
@@ -291,32 +314,32 @@ class Run:
 
     @property
     def features(self) -> dict[str, Any]:
-        """What was measured of :attr:`seen`: ``features`` of ``summary.json``."""
+        """Features of `seen`, as ``features`` of ``summary.json``."""
         return dict(self._features["velocity"])
 
     @property
     def pressure_features(self) -> list[dict[str, Any]]:
-        """What was measured of the pressure at each field point; empty without water."""
+        """Features of the pressure at each field point; empty without water."""
         return list(self._features["pressure"])
 
     @cached_property
     def about(self) -> dict[str, Any]:
-        """Model, observed point, energy ledger (J), counts of work, warnings."""
+        """Model, observed point, energy balance (J), counts of work, and warnings."""
         about: dict[str, Any] = json.loads(self._run.about())
         return about
 
     @property
     def energy(self) -> dict[str, float]:
-        """Where the piston's work went, J."""
+        """Energy balance: the work of the piston and where it went, J."""
         return dict(self.about["energy"])
 
     @property
     def warnings(self) -> list[str]:
-        """What looks wrong with the run."""
+        """Warnings about the run."""
         return list(self.about["warnings"])
 
     def spectrum(self) -> Spectrum:
-        """Spectrum of :attr:`seen` over the window of :attr:`features`."""
+        """Return the spectrum of `seen` over the window of `features`."""
         time, values = self._run.seen()
         window = self.features["window"]
         step = float(time[1] - time[0])
@@ -324,7 +347,20 @@ class Run:
         return Spectrum(frequency, amplitude, self.features)
 
     def to_record(self, column: str = "pole_velocity_m_per_s", **reading: Unpack[SampleOptions]) -> Record:
-        """One of its columns as a record, such as for a calibration against a made-up record."""
+        """Return one column as a record, for example to calibrate against a synthetic record.
+
+        Parameters
+        ----------
+        column
+            Name of a velocity (``_m_per_s``), of the piston's displacement, or of a pressure (``_pa``).
+        **reading
+            Keywords of `SampleOptions`.
+
+        Returns
+        -------
+        Record
+            The column on the time grid of the run.
+        """
         kinds: dict[str, tuple[str, Kind]] = {
             "_m_per_s": ("m/s", "vibrometer"),
             "_displacement_m": ("m", "horn-tip"),
@@ -336,13 +372,13 @@ class Run:
         raise native.RecordError(f"`{column}`: expected a velocity, the piston's displacement or a pressure")
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas frame with the columns of ``response.csv``, indexed by time (s)."""
+        """Return a pandas data frame with the columns of ``response.csv``, indexed by time (s)."""
         import pandas
 
         return pandas.DataFrame(self.columns, index=pandas.Index(self.time, name="time_s"))
 
     def to_xarray(self) -> xarray.Dataset:
-        """An xarray dataset over time, bead (1 at the piston) and contact (1 at the piston)."""
+        """Return an xarray dataset over time (s), bead and contact (both 1 at the piston)."""
         import xarray
 
         seconds = ("time", self.time, {"units": "s"})
@@ -370,39 +406,55 @@ def replay(
     cache: StrPath | None = None,
     progress: Progress | None = None,
 ) -> Run:
-    """Run a scene once: ``granchain replay``.
+    """Simulate a scene once, as ``granchain replay`` does.
 
     Parameters
     ----------
     scene
         A scene, or the name or file of one.
-    settings, drive, model
-        Changes of it: see :class:`Scene`.
+    settings
+        Values of the keys to change.
+    drive
+        Record of the horn tip, or its file. It drives the piston instead of the scene's own drive.
+    model
+        ``chain``, ``reduced`` or ``fea`` [default: the scene's, otherwise ``reduced``].
     cache
-        Folder in which reduced bodies are kept, or ``"none"`` [default: as the program's].
+        Folder for reduced bodies, or ``"none"`` [default: the program's].
     progress
-        Told of nanoseconds simulated, of all.
+        Function that is called with the nanoseconds simulated and their total.
+
+    Returns
+    -------
+    Run
+        The response.
 
     Raises
     ------
+    SceneError
+        If a key or value is wrong.
     SimulationError
-        When the run fails, or would take more work or memory than is sensible.
+        If the run fails, or needs too much work or memory.
+
+    Examples
+    --------
+    >>> run = replay("annulus", {"alpha": 0.5}, model="chain")  # doctest: +SKIP
+    >>> run.velocity.shape  # doctest: +SKIP
     """
     return Run(native.replay(as_scene(scene, settings, drive, model)._scene, cache, progress))
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Runs over a grid, the last axis fastest.
+    """Results of runs over a grid; the last axis varies fastest. ``sweep["column"]`` is one column.
 
     Attributes
     ----------
     columns
-        Those of ``sweep.csv``: swept keys, ``status``, watched numbers (NaN where there is none), ``reason``.
+        Columns of ``sweep.csv``: swept keys, ``status``, results (SI; NaN if there is none) and ``reason`` of a failure.
     csv
-        The text of ``sweep.csv``.
+        Text of ``sweep.csv``.
     json
-        ``sweep.json``.
+        Content of ``sweep.json``.
     """
 
     columns: dict[str, NDArray[Any]]
@@ -417,17 +469,17 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Points along each axis."""
+        """Number of points along each axis."""
         return tuple(len(axis["values"]) for axis in self.json["axes"])
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """A pandas frame, a row a run."""
+        """Return a pandas data frame with one row for each run."""
         import pandas
 
         return pandas.DataFrame(self.columns)
 
     def to_xarray(self) -> xarray.Dataset:
-        """An xarray dataset over the swept keys."""
+        """Return an xarray dataset over the swept keys."""
         import xarray
 
         axes = self.json["axes"]
@@ -463,22 +515,43 @@ def sweep(
     cache: StrPath | None = None,
     progress: Progress | None = None,
 ) -> Sweep:
-    """Run a scene over a grid of values: ``granchain sweep``.
+    """Simulate a scene over a grid of values, as ``granchain sweep`` does.
 
     Parameters
     ----------
     scene
         A scene, or the name or file of one.
     axes
-        Values of each swept key: an array (SI), a list of texts with units or words, or ``"0.3:1.5:0.05"``.
-    settings, drive, model
-        Changes of the scene.
+        Values of each swept key: an array (SI), a list of texts with units or words, or ``"FIRST:LAST:STEP"``.
+    settings
+        Values of other keys to change.
+    drive
+        Record of the horn tip, or its file. It drives the piston instead of the scene's own drive.
+    model
+        ``chain``, ``reduced`` or ``fea`` [default: the scene's, otherwise ``reduced``].
     ensemble
-        Number of perturbed runs of the chain at each point, for mean, scatter and sensitivity.
+        Number of chain runs with random gaps and drive at each point, for mean, standard deviation and sensitivity.
     seed
-        Of everything drawn.
-    cache, progress
-        As for :func:`replay`; `progress` is told of points.
+        Seed of the random values.
+    cache
+        Folder for reduced bodies, or ``"none"`` [default: the program's].
+    progress
+        Function that is called with the points simulated and their total.
+
+    Returns
+    -------
+    Sweep
+        One row for each point of the grid.
+
+    Raises
+    ------
+    SceneError
+        If a key or value is wrong. A run that fails is reported in the column ``status`` instead.
+
+    Examples
+    --------
+    >>> table = sweep("annulus", {"alpha": [0.3, 0.4]}, model="chain")  # doctest: +SKIP
+    >>> table.columns["alpha"], table.columns["status"]  # doctest: +SKIP
     """
     made = as_scene(scene, settings, drive, model)
     on = made._native(made._given, True) if ensemble is not None else made._scene
