@@ -19,12 +19,26 @@ np.save("volts.npy", np.column_stack([t, v]))
 np.savez_compressed("named.npz", time_s=t, velocity_mm_per_s=1e3 * v, note=np.array("text"))
 np.savez("rate.npz", fs=5e6, volts_V=v.astype(">f4"), t0=START)
 scipy.io.savemat("compressed.mat", {"time_s": t, "velocity_mm_per_s": 1e3 * v}, do_compression=True)
+np.savez("clock.npz", time_us=1e6 * t, velocity_mm_per_s=1e3 * v, fs=5.0)
+np.savez("rows.npz", t=t, fs=5e6, scope_V=np.vstack([v, -v]), notes=np.arange(5.0))
+scipy.io.savemat("version-4.mat", {"Tstart": START, "Tinterval": STEP, "A": v[:, None].astype("f4"), "note": "text"}, format="4")
 scipy.io.savemat("structure.mat", {"rec": {"volts_V": v[:, None], "name": "chain"}, "fs": 5e6}, do_compression=False)
 
 with TdmsWriter("segments.tdms") as writer:
     about = {"wf_increment": STEP, "wf_start_offset": START, "unit_string": "V"}
     for part in (v[:150], v[150:]):
         writer.write_segment([ChannelObject("scope", "vibrometer", part, about), ChannelObject("scope", "horn", 2 * part, about)])
+
+# Raw counts with a scale, a channel of texts in between, and a step of 1 s beside a channel of instants.
+with TdmsWriter("scaled.tdms") as writer:
+    scale = {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 2, "NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": 1e-5,
+             "NI_Scale[0]_Linear_Y_Intercept": 0.1, "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF, "NI_Scale[1]_Scale_Type": "Polynomial",
+             "NI_Scale[1]_Polynomial_Coefficients_Size": 2, "NI_Scale[1]_Polynomial_Coefficients[0]": -0.2, "NI_Scale[1]_Polynomial_Coefficients[1]": 2.0,
+             "NI_Scale[1]_Polynomial_Input_Source": 0, "unit_string": "V", "wf_increment": 1.0}
+    counts = np.round(v / 2e-5).astype("<i2")
+    for part in (slice(0, 150), slice(150, N)):
+        writer.write_segment([ChannelObject("scope", "Time", 1e6 * t[part], {"unit_string": "us"}), ChannelObject("scope", "vibrometer", counts[part], scale)])
+        writer.write_segment([ChannelObject("log", "events", ["trigger", "end"])])
 
 with wave.open("full-scale.wav", "wb") as sound:
     sound.setparams((2, 3, 5000000, N, "NONE", ""))

@@ -137,9 +137,15 @@ impl Column {
         }
     }
 
-    fn override_unit(&mut self, text: &str) {
+    pub(super) fn override_unit(&mut self, text: &str) {
         self.unit_text = Some(text.trim().into());
         self.unit = Some(parse_unit(text));
+    }
+
+    /// Whether its name alone says that it holds instants.
+    pub(super) fn is_named_time(&self) -> bool {
+        let last = self.name.rsplit('.').next().unwrap_or_default().to_lowercase();
+        self.dimension().is_none() && TIME_NAMES.contains(&last.as_str())
     }
 
     pub(super) fn dimension(&self) -> Option<Dimension> {
@@ -338,8 +344,7 @@ fn choose_time(
         return find(path, line, columns, wanted, "--read time_column=NAME").map(Some);
     }
     let by_unit = |column: &Column| column.dimension() == Some(Dimension::TIME);
-    let by_name = |column: &Column| column.dimension().is_none() && column.is_named(&TIME_NAMES);
-    let mut found = positions(columns, |column| by_unit(column) || by_name(column));
+    let mut found = positions(columns, |column| by_unit(column) || column.is_named_time());
     if found.len() > 1 {
         let named: Vec<_> = found.iter().copied().filter(|&i| columns[i].is_named(&TIME_NAMES)).collect();
         if named.len() == 1 {

@@ -23,7 +23,10 @@ const DEEPEST: usize = 6;
 
 const UNIT: [&str; 3] = ["unit", "units", "YUnits"];
 const STEP: [&str; 3] = ["dt", "XInc", "wf_increment"];
+const RATE: [&str; 3] = ["fs", "sample_rate", "sampling_rate"];
 const START: [&str; 3] = ["t0", "XOrg", "wf_start_offset"];
+/// Attributes beside integers whose meaning differs between programs.
+const UNUSED: [&str; 4] = ["gain", "scale", "scaling", "channelscaling"];
 /// Gain and offset; whether floating-point values have them too.
 const SCALES: [(&str, &str, bool); 2] = [("scale_factor", "add_offset", true), ("YInc", "YOrg", false)];
 
@@ -37,7 +40,8 @@ pub(super) fn read(path: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Content
     let left = MOST_UNPACKED.saturating_mul(bytes.len());
     let mut walk = Walk { is_matlab, found: Vec::new(), left, visited: 0, assumptions: Vec::new() };
     let file = File::from_bytes(bytes.to_vec());
-    file.and_then(|file| walk.group(&file.root(), "", 0)).map_err(|error| refusal(form, path, is_matlab, &error))?;
+    file.and_then(|file| walk.group(&file.root(), "", &HashMap::new(), 0))
+        .map_err(|error| refusal(form, path, is_matlab, &error))?;
     let mut contents = contents(form, walk.found)?;
     contents.assumptions.append(&mut walk.assumptions);
     Ok(contents)
@@ -52,8 +56,15 @@ struct Walk {
 }
 
 impl Walk {
-    fn group(&mut self, group: &Group, prefix: &str, depth: usize) -> Result<(), Error> {
-        let attributes = group.attrs()?;
+    fn group(
+        &mut self,
+        group: &Group,
+        prefix: &str,
+        inherited: &HashMap<String, AttrValue>,
+        depth: usize,
+    ) -> Result<(), Error> {
+        let mut attributes = inherited.clone();
+        attributes.extend(group.attrs()?);
         for (name, dataset) in group.iter_datasets()? {
             if self.found.len() < MOST_ARRAYS {
                 self.dataset(&dataset, format!("{prefix}{name}"), &attributes)?;
@@ -63,7 +74,7 @@ impl Walk {
             self.visited += 1;
             // MATLAB keeps cells and objects under names that begin with `#`.
             if depth < DEEPEST && self.visited < MOST_ARRAYS && !(self.is_matlab && name.starts_with('#')) {
-                self.group(&inner, &format!("{prefix}{name}."), depth + 1)?;
+                self.group(&inner, &format!("{prefix}{name}."), &attributes, depth + 1)?;
             }
         }
         Ok(())
@@ -105,7 +116,13 @@ impl Walk {
         }
         let unit = UNIT.into_iter().find_map(text).unwrap_or_default();
         let start = START.into_iter().find_map(number).unwrap_or(0.0);
-        let grid = STEP.into_iter().find_map(number).map(|step| (start, step));
+        let rate = || RATE.into_iter().find_map(number).map(|rate| 1.0 / rate);
+        let grid = STEP.into_iter().find_map(number).or_else(rate).map(|step| (start, step));
+        if let Some(unused) = UNUSED.into_iter().find(|unused| !is_float && number(unused).is_some()) {
+            self.assumptions.push(format!(
+                "`{name}`: integers taken as they are; the attribute `{unused}` beside them is not used"
+            ));
+        }
         let outer = sizes.first().map_or(1, |outer| *outer);
         let inner = count / outer;
         self.found.push(match (self.is_matlab, sizes.len()) {

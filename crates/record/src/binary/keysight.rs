@@ -16,6 +16,7 @@ const FLOATS: u16 = 1;
 const EXTREMES: [u16; 2] = [2, 3];
 /// Waveform type of an average.
 const AVERAGE: u32 = 3;
+const HERTZ: usize = 6;
 const UNITS: [&str; 8] = ["", "V", "s", "", "A", "dB", "Hz", ""];
 
 pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
@@ -50,10 +51,15 @@ fn waveform(file: Bytes<'_>, at: usize, number: usize, is_rigol: bool, wide: boo
     // Rigol aligns doubles where the header has 144 bytes.
     let step = file.f64(at + 32)?;
     let (step, origin) = (step, file.f64(at + 40)?);
-    let unit = file.count(at + 52)?;
+    let (axis, unit) = (file.count(at + 48)?, file.count(at + 52)?);
     let model = file.text(at + 88, 24)?;
     let label = file.text(at + 112, 16)?;
     let name = if label.is_empty() { format!("channel {}", number + 1) } else { label };
+    if axis == HERTZ {
+        return Some(Err(format!(
+            "channel `{name}`: expected samples in time, found a spectrum; save the record itself"
+        )));
+    }
     let mut next = at.checked_add(header)?;
     let mut values = Vec::new();
     for _ in 0..buffers.min(8) {

@@ -1,4 +1,6 @@
-//! MATLAB `.mat` of versions 5 to 7: matrices of real numbers, also within structures.
+//! MATLAB `.mat` of versions 4 to 7: matrices of real numbers, also within structures.
+//!
+//! In version 4 each matrix has a header of five integers, its name and its numbers.
 //!
 //! Behind a header of 128 bytes follow elements of a type, a length and data that fill up to eight bytes; a compressed element is a zlib stream of one
 //! element. A matrix holds its flags, sizes, name and real part.
@@ -33,6 +35,65 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
     elements(Bytes { all: bytes, big_endian }, 128, "", &mut found, &mut left, 0)
         .ok_or("MATLAB file: expected whole variables, found fewer bytes; the file was cut short: copy it again")?;
     contents("MATLAB (.mat)", found)
+}
+
+/// Header of a matrix of version 4: rows, columns, whether complex, bytes of its name; the type of its numbers, and whether they are a full matrix.
+fn header_4(file: Bytes<'_>, at: usize) -> Option<([usize; 4], Sample, bool)> {
+    let form = file.count(at)?;
+    let sizes = [4, 8, 12, 16].map(|offset| file.count(at + offset));
+    let [Some(rows), Some(columns), Some(complex), Some(name)] = sizes else { return None };
+    let kind = match form / 10 % 10 {
+        0 => Sample::Float(8),
+        1 => Sample::Float(4),
+        2 => Sample::Signed(4),
+        3 => Sample::Signed(2),
+        4 => Sample::Unsigned(2),
+        5 => Sample::Unsigned(1),
+        _ => return None,
+    };
+    let is_header = form / 100 == if file.big_endian { 10 } else { 0 } && form % 10 <= 2 && complex <= 1;
+    (is_header && (2..=64).contains(&name)).then_some(([rows, columns, complex, name], kind, form % 10 == 0))
+}
+
+fn order_4(bytes: &[u8]) -> Option<Bytes<'_>> {
+    let orders = [false, true].map(|big_endian| Bytes { all: bytes, big_endian });
+    orders.into_iter().find(|file| {
+        let name = header_4(*file, 0).and_then(|([_, _, _, length], ..)| file.slice(20, length));
+        name.and_then(<[u8]>::split_last).is_some_and(|(end, name)| {
+            *end == 0
+                && name[0].is_ascii_alphabetic()
+                && name.iter().all(|byte| byte.is_ascii_alphanumeric() || *byte == b'_')
+        })
+    })
+}
+
+/// Whether the file begins with a matrix of version 4.
+pub(super) fn is_4(head: &[u8]) -> bool {
+    order_4(head).is_some()
+}
+
+pub(super) fn read_4(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+    let cut = "MATLAB file: expected whole variables, found fewer bytes; the file was cut short: copy it again";
+    let file = order_4(bytes).ok_or(cut)?;
+    let (mut found, mut at) = (Vec::new(), 0);
+    while at < bytes.len() && found.len() < MOST_MATRICES {
+        let matrix = || {
+            let ([rows, columns, complex, length], kind, is_full) = header_4(file, at)?;
+            let data = at + 20 + length;
+            let count = rows.checked_mul(columns)?;
+            let size = count.checked_mul(kind.width() * (1 + complex))?;
+            file.slice(data, size)?;
+            let values = file.samples(data, kind.width(), if is_full && complex == 0 { count } else { 0 }, kind);
+            let name = file.text(at + 20, length)?;
+            Some((Array { name, unit: String::new(), grid: None, rows, columns, values }, data + size))
+        };
+        let (array, next) = matrix().ok_or(cut)?;
+        if !array.values.is_empty() {
+            found.push(array);
+        }
+        at = next;
+    }
+    contents("MATLAB 4 (.mat)", found)
 }
 
 /// Type, length and place of the data of an element, and where the next begins.

@@ -3,10 +3,10 @@
 //! | file | recognised by | source of the layout |
 //! |---|---|---|
 //! | NumPy `.npy`, `.npz` | `\x93NUMPY`; a zip archive of such | NumPy Enhancement Proposal 1 |
-//! | MATLAB `.mat`, versions 5 to 7 | `MATLAB 5.0` | MathWorks, *MAT-File Format* |
+//! | MATLAB `.mat`, versions 4 to 7 | `MATLAB 5.0`; header and name of a matrix | MathWorks, *MAT-File Format* |
 //! | NI TDMS | `TDSm` | National Instruments, *TDMS File Format Internal Structure* |
 //! | LeCroy, Teledyne `.trc` | `WAVEDESC` | LeCroy, template `LECROY_2_3` |
-//! | Tektronix `.isf` | `:WFMP` | Tektronix, programmer manuals, `WFMOutpre` |
+//! | Tektronix `.isf` | `:WFMP`, `:WFMO` | Tektronix, programmer manuals, `WFMOutpre` |
 //! | Tektronix `.wfm` | `:WFM#00` behind the order of bytes | Tektronix, *Reference Waveform File Format* |
 //! | Keysight, Agilent, Rigol `.bin` | `AG` or `RG` and two digits | Keysight, *InfiniiVision Binary Waveform File Format* |
 //! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
@@ -29,6 +29,8 @@ mod tektronix;
 mod wav;
 
 use std::path::Path;
+
+use granchain_signal::number;
 
 use super::{
     MeasurementError, Place, ReadOptions, RecordKind,
@@ -75,8 +77,9 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         [b'R', b'I', b'F', b'F', ..] => wav::read,
         [b'A' | b'R', b'G', b'0' | b'1' | b'2' | b'3', b'0'..=b'9', ..] => keysight::read,
         _ if head.starts_with(b"MATLAB 5.0") => matlab::read,
+        _ if matlab::is_4(head) => matlab::read_4,
         _ if hdf5::is_file(head) => hdf5::read,
-        _ if head.starts_with(b":WFMP") || head.starts_with(b":CURV") => tektronix::read,
+        _ if tektronix::is_isf(head) => tektronix::read,
         _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
@@ -107,7 +110,8 @@ fn table(
     kind: Option<RecordKind>,
     options: &ReadOptions,
 ) -> Result<(Table, RecordKind), MeasurementError> {
-    let Contents { written, mut channels, comments, assumptions } = contents;
+    let Contents { written, mut channels, comments, mut assumptions } = contents;
+    let mut warnings = Vec::new();
     channels.truncate(MOST_CHANNELS);
     let refused = |text: String| MeasurementError::Instrument { path: path.into(), text };
     let without_samples = || refused(format!("{written}: expected samples, found none; export the record again"));
@@ -118,9 +122,54 @@ fn table(
     let stated = super::header::stated(&comments).sensitivity;
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
     let timed = options.sample_rate.is_some() || channels.iter().any(|channel| channel.grid.is_some());
+    for (column, channel) in columns.iter_mut().zip(&channels) {
+        if column.is_named_time()
+            && column.unit.is_none()
+            && options.time_unit.is_none()
+            && let Some(unit) = unit_of_instants(channel)
+        {
+            assumptions.push(format!("instants of `{}` in {unit}, as their step shows", channel.name));
+            column.override_unit(unit);
+        }
+    }
     let mut chosen = choose(path, 1, &mut columns, kind, options, timed, stated)?;
     let value = chosen.value;
-    let grid = options.sample_rate.map(|rate| (0.0, 1.0 / rate)).or(channels[value].grid);
+    let count = channels[value].values.len();
+    // A column of instants is what was measured; a step beside it may be another's.
+    if chosen.time.is_some_and(|time| channels[time].values.len() != count) && options.time_column.is_none() && timed {
+        chosen.time = None;
+    }
+    let mut times: Vec<f64> = match chosen.time {
+        Some(time) => channels[time].values.iter().map(|at| at * chosen.time_factor).collect(),
+        None => Vec::new(),
+    };
+    let own = match (&times[..], channels[value].grid) {
+        ([first, .., last], _) => Some((*first, (last - first) / (times.len() - 1) as f64)),
+        (_, grid) => grid,
+    };
+    if let (Some((_, array)), Some((_, stated))) = (own, channels[value].grid)
+        && (stated / array - 1.0).abs() > 1e-3
+        && options.sample_rate.is_none()
+    {
+        warnings.push(format!(
+            "the instants of `{}` are {} apart; the step of {} that the file states besides is not used",
+            chosen.time.map_or("", |time| channels[time].name.as_str()),
+            number::time(array),
+            number::time(stated),
+        ));
+    }
+    let grid = match options.sample_rate {
+        Some(rate) => {
+            if let Some((_, step)) = own.filter(|(_, step)| (step * rate - 1.0).abs() > 1e-3) {
+                warnings.push(format!(
+                    "--sample-rate replaces the file's own step of {}; leave it out if the file is right",
+                    number::time(step)
+                ));
+            }
+            Some((own.map_or(0.0, |(start, _)| start), 1.0 / rate))
+        }
+        None => own.filter(|_| chosen.time.is_none()),
+    };
     match grid {
         Some((start, step)) if !(start.is_finite() && step.is_finite() && step > 0.0) => {
             return Err(refused(format!(
@@ -128,7 +177,10 @@ fn table(
                 channels[value].name
             )));
         }
-        Some(_) => chosen.time = None,
+        Some(_) => {
+            chosen.time = None;
+            times.clear();
+        }
         None if chosen.time.is_none() => {
             return Err(refused(format!(
                 "channel `{}`: expected its instants, found none; pass --sample-rate",
@@ -137,10 +189,6 @@ fn table(
         }
         None => {}
     }
-    let times = match chosen.time {
-        Some(time) => channels[time].values.iter().map(|at| at * chosen.time_factor).collect(),
-        None => Vec::new(),
-    };
     let mut values = std::mem::take(&mut channels[value].values);
     if values.is_empty() {
         return Err(without_samples());
@@ -167,7 +215,7 @@ fn table(
         *value *= chosen.value_unit.factor;
     }
     let table = Table {
-        form: Form::Universal(Box::new(UniversalText { written, assumptions, warnings: Vec::new() })),
+        form: Form::Universal(Box::new(UniversalText { written, assumptions, warnings })),
         first_lines: Vec::new(),
         comments,
         columns,
@@ -185,6 +233,14 @@ fn table(
         open_end: false,
     };
     Ok((table, kind))
+}
+
+/// Unit in which instants without one have the step that the file states besides.
+fn unit_of_instants(channel: &Channel) -> Option<&'static str> {
+    let (first, last, (_, step)) = (channel.values.first()?, channel.values.last()?, channel.grid?);
+    let found = (last - first) / (channel.values.len() - 1) as f64;
+    let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    units.into_iter().find(|(_, factor)| (found * factor / step - 1.0).abs() < 1e-3).map(|(unit, _)| unit)
 }
 
 /// The part that `--read dataset=N` chooses of `count`.

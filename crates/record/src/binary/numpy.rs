@@ -17,6 +17,9 @@ use super::{
 /// Most bytes that an archive may unpack to, over its own length; most arrays.
 const MOST_UNPACKED: u64 = 200;
 const MOST_ARRAYS: usize = 200;
+/// Most rows of an array that holds a channel a row; least samples of a channel.
+const MOST_ROWS: usize = 16;
+const LEAST_SAMPLES: usize = 8;
 /// First bytes of the end of a zip archive, and the least bytes that it lists a file with.
 const END: &[u8] = b"PK\x05\x06";
 const LEAST_ENTRY: usize = 46;
@@ -115,8 +118,8 @@ pub(super) fn by_column(values: &[f64], columns: usize) -> Vec<f64> {
 }
 
 /// Names of a scalar that states the sample rate (Hz), and the sample interval (s).
-const RATES: [&str; 7] = ["fs", "rate", "sample_rate", "samplerate", "samplingrate", "sampling_rate", "fsample"];
-const STEPS: [&str; 7] = ["dt", "ts", "tinterval", "delta_t", "sample_interval", "xincr", "step"];
+const RATES: [&str; 6] = ["fs", "sample_rate", "samplerate", "samplingrate", "sampling_rate", "fsample"];
+const STEPS: [&str; 6] = ["dt", "ts", "tinterval", "delta_t", "sample_interval", "xincr"];
 const STARTS: [&str; 4] = ["t0", "tstart", "t_start", "xzero"];
 
 /// Channels from named arrays.
@@ -135,18 +138,21 @@ pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, St
             granchain_signal::number::time(start)
         )
     });
-    let longest = arrays.iter().map(|it| it.rows.max(if it.rows == 1 { it.columns } else { 0 })).max().unwrap_or(0);
     let mut contents =
         Contents { written: written.into(), assumptions: assumptions.into_iter().collect(), ..Contents::default() };
     for Array { name, unit, grid, rows, columns, values } in arrays {
-        // A row is a column that lies.
-        let (rows, columns) = if rows == 1 { (columns, 1) } else { (rows, columns) };
-        if rows < 2 || rows < longest {
+        // Arrays of a few rows and many columns hold a channel a row.
+        let (rows, columns, values) = if rows <= MOST_ROWS && columns >= LEAST_SAMPLES && columns > rows {
+            (columns, rows, by_column(&values, rows))
+        } else {
+            (rows, columns, values)
+        };
+        if rows < LEAST_SAMPLES {
             continue;
         }
+        let grid = grid.or_else(|| step.as_ref().map(|(step, _)| (start, *step)));
         for (column, values) in values.chunks_exact(rows).enumerate() {
             let name = if columns == 1 { name.clone() } else { format!("{name}:{}", column + 1) };
-            let grid = grid.or_else(|| step.as_ref().map(|(step, _)| (start, *step)));
             contents.channels.push(Channel { name, unit: unit.clone(), grid, values: values.to_vec() });
         }
     }

@@ -13,6 +13,11 @@ const VECTOR: u32 = 2;
 /// Longest preamble, bytes.
 const LONGEST: usize = 16_384;
 
+pub(super) fn is_isf(head: &[u8]) -> bool {
+    let begins = head.strip_prefix(b":").unwrap_or(head);
+    [&b"WFMP"[..], b"WFMO", b"CURV", b"BYT_N"].iter().any(|key| begins.starts_with(key))
+}
+
 /// Value: (sample − YOFF) · YMULT + YZERO at XZERO + (i − PT_OFF) · XINCR.
 pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
     let head = &bytes[..bytes.len().min(LONGEST)];
@@ -44,6 +49,9 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
     };
     if of(&["PT_FMT", "PT_F"]).is_some_and(|form| form.eq_ignore_ascii_case("ENV")) {
         return Err("Tektronix file (.isf): expected a sample an instant, found an envelope; record without envelope or peak detect".into());
+    }
+    if of(&["XUNIT", "XUN"]).is_some_and(|unit| unit.eq_ignore_ascii_case("Hz")) {
+        return Err("Tektronix file (.isf): expected samples in time, found a spectrum; save the record itself".into());
     }
     let big_endian = !of(&["BYT_OR", "BYT_O"]).is_some_and(|order| order.eq_ignore_ascii_case("LSB"));
     let file = Bytes { all: bytes, big_endian };

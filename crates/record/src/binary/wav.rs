@@ -8,8 +8,9 @@ use super::{super::ReadOptions, Channel, Contents};
 
 /// Values are parts of full scale: state what full scale means with `--scale` or `--unit`.
 pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
-    let refused =
-        |error: hound::Error| format!("WAV file: expected samples, found: {error}; export it again as PCM or float");
+    let refused = |error: hound::Error| {
+        format!("WAV file: expected samples, found: {error}; export it again as PCM or 32-bit float")
+    };
     let mut reader = WavReader::new(bytes).map_err(refused)?;
     let spec = reader.spec();
     let width = usize::from(spec.channels.max(1));
