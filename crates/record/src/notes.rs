@@ -359,7 +359,8 @@ impl Notes {
         }
     }
 
-    pub(super) fn about_clipping(&mut self, raw: &Series) -> [Option<f64>; 2] {
+    /// Values at which the record is flat. A quantity with a `least` value, as a force between bodies, is flat there by nature.
+    pub(super) fn about_clipping(&mut self, raw: &Series, least: Option<f64>) -> [Option<f64>; 2] {
         let mut clipped = [None, None];
         let values = &raw.values;
         let (low, high) =
@@ -372,6 +373,9 @@ impl Notes {
         }
         let finest = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
         for (end, extreme, which) in [(1, high, "largest"), (0, low, "smallest")] {
+            if end == 0 && least == Some(extreme) {
+                continue;
+            }
             let (mut runs, mut longest, mut i) = (0, 0, 0);
             while i < values.len() {
                 if values[i] != extreme {

@@ -334,7 +334,7 @@ pub fn read_record_bytes(
         }
     };
     notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
-    let mut clipped = notes.about_clipping(&raw).map(|limit| Some(sign * (limit? - baseline)));
+    let mut clipped = notes.about_clipping(&raw, None).map(|limit| Some(sign * (limit? - baseline)));
     if options.invert {
         clipped.reverse();
     }

@@ -112,7 +112,7 @@ pub fn read_sensor_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Re
     let mut notes = Notes::default();
     notes.about_table(&table, &as_written);
     notes.about_sampling(&sampled);
-    notes.about_clipping(&sampled.series);
+    notes.about_clipping(&sampled.series, Some(0.0));
     notes.assume(format!("`{column}` is the sensor's force times an unknown gain"));
     let (path, sha256) = (path.into(), sha256(bytes));
     Ok(SensorRecord {
@@ -163,5 +163,14 @@ mod tests {
         assert_eq!(read(&two, &options).unwrap().series.values[3], 6.0);
         let error = read(&rows("time_s,velocity_m_per_s", |i| format!("{i}")), &ReadOptions::default()).unwrap_err();
         assert!(error.to_string().contains("expected the force of a sensor"), "{error}");
+    }
+
+    #[test]
+    fn a_force_that_rests_at_zero_is_not_clipped_and_one_cut_at_its_peak_is() {
+        let warned = |force: fn(usize) -> usize| {
+            read(&rows("time_s,force_N", |i| force(i).to_string()), &ReadOptions::default()).unwrap().warnings.len()
+        };
+        assert_eq!(warned(|i| if i < 6 { 0 } else { i * i }), 0);
+        assert_eq!(warned(|i| if i < 6 { i * i } else { 90 }), 1);
     }
 }

@@ -469,7 +469,7 @@ pub const KEYS: &[Key] = &[
     })
     .usually("dormand-prince-853; symplectic before a disc; trapezoid of the fea")
     .when(&[Is("model.kind", &["chain", "fea"])]),
-    number("model.numerical_dissipation", Dimension::NONE, Bound::Finite, "α of hht, g of newmark")
+    number("model.numerical_dissipation", Dimension::NONE, Bound::Finite, "dissipation parameter of hht (0 to 1/3) or newmark (0 to 1/2)")
         .number(|scene| match scene.model.fea.scheme {
             Scheme::HilberHughesTaylor { dissipation } | Scheme::Newmark { dissipation }
                 if scene.model.kind == ModelKind::Fea =>
