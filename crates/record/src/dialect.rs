@@ -66,9 +66,12 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
         let numbered = text.lines().zip(first..);
         numbered.filter(|(line, _)| !line.starts_with('#') && !line.trim().is_empty()).take(SEARCHED_LINES)
     };
-    let mut rows = lines().filter_map(|(line, at)| Some((row_delimiter(line, options.delimiter)?, line, at)));
+    // Decimal commas in one column: nothing parts its cells.
+    let one = options.decimal == Some(DecimalSign::Comma) && lines().all(|(line, _)| !line.contains([';', '\t', '"']));
+    let wanted = options.delimiter.or(one.then_some(Delimiter::Semicolon));
+    let mut rows = lines().filter_map(|(line, at)| Some((row_delimiter(line, wanted)?, line, at)));
     let Some((delimiter, _, found_at)) = rows.next() else { return without_numbers(path, lines(), options) };
-    let delimiter = options.delimiter.unwrap_or(delimiter);
+    let delimiter = wanted.unwrap_or(delimiter);
     if let Some((header, at)) = lines().next().filter(|(_, at)| *at < found_at) {
         let count = |delimiter: Delimiter| header.matches(delimiter.character()).count();
         let other = Delimiter::ALL.into_iter().find(|other| *other != delimiter && count(*other) > 0);

@@ -45,6 +45,7 @@ mod sensor;
 mod separated;
 mod shell;
 mod table;
+mod time_column;
 mod toml_error;
 mod universal;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    MeasurementError, Place, ReadOptions,
+    Delimiter, MeasurementError, Place, ReadOptions,
     column::Column,
     decimal::number,
     dialect::Dialect,
@@ -51,12 +51,12 @@ pub(super) fn has_numbers(rows: &Rows<'_>, dialect: Dialect) -> bool {
     })
 }
 
-/// Whether the first column rises from row to row, as instants do.
-pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
+/// Whether a column rises from row to row, as instants do.
+pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect, column: usize) -> bool {
     let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
     let mut instants = Vec::new();
     while instants.len() < LOOKED_AT && below.advance() {
-        instants.extend(number(text_of(&below, 0), dialect.decimal));
+        instants.extend(number(text_of(&below, column), dialect.decimal));
     }
     // Of rounded instants two may be the same.
     let later = instants.windows(2).filter(|pair| pair[1] > pair[0]).count();
@@ -66,7 +66,7 @@ pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
 /// The flags that stand for a header and are missing: instants, column, unit.
 fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> Vec<String> {
     let width = rows.record.len();
-    let rises = width > 1 && rises(rows, dialect);
+    let rises = width > 1 && rises(rows, dialect, 0);
     let mut flags = Vec::new();
     match (rises || options.time_column.is_some(), options.sample_rate) {
         (_, Some(_)) => {}
@@ -90,6 +90,38 @@ fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> V
     flags
 }
 
+/// Refuses rows with one comma each and no point, which may be two whole numbers or one with a decimal comma.
+fn refuse_commas(
+    path: &Path,
+    rows: &Rows<'_>,
+    dialect: Dialect,
+    options: &ReadOptions,
+) -> Result<(), MeasurementError> {
+    let text = std::str::from_utf8(rows.bytes).unwrap_or_default();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let of_two = options.time_column.is_some() || options.time_unit.is_some() || options.delimiter.is_some();
+    let of_two = of_two || rises(rows, dialect, 0);
+    let one_comma = |line: &str| line.matches(',').count() == 1 && !line.contains(['.', '"']);
+    if of_two || dialect.delimiter != Delimiter::Comma || !lines.all(one_comma) {
+        return Ok(());
+    }
+    let mut one = vec!["--read decimal=comma".to_owned()];
+    if options.sample_rate.is_none() {
+        one.push("--sample-rate RATE".into());
+    }
+    if options.unit.is_none() && options.scale.is_none() {
+        one.push("--unit UNIT".into());
+    }
+    let mut two = without_header(rows, dialect, options);
+    two.insert(0, "--read delimiter=comma".into());
+    Err(MeasurementError::OneComma {
+        place: Place::line(path, rows.line),
+        found: rows.cells().join(","),
+        one: one.join(" "),
+        two: two.join(" "),
+    })
+}
+
 impl Header {
     /// From the first row; afterwards `rows` stands at the first row of numbers.
     pub fn read(
@@ -110,6 +142,7 @@ impl Header {
                 header.commented = true;
                 return Ok(header);
             }
+            refuse_commas(path, rows, dialect, options)?;
             let flags = without_header(rows, dialect, options);
             if !flags.is_empty() {
                 let found = first.join(&dialect.delimiter.character().to_string());

@@ -98,6 +98,12 @@ impl Notes {
                 self.warnings.extend(form.warnings.iter().cloned());
             }
         }
+        if let (Some(time), true, None) = (table.chosen.time, table.chosen.several, &options.time_column) {
+            let [time, value] = [time, table.chosen.value].map(|at| &table.columns[at].header);
+            self.assume(format!(
+                "of several columns of time `{time}` is taken, the one beside `{value}` (--read time_column)"
+            ));
+        }
         if let Some((volts, scale)) = table.chosen.volts {
             let name = &table.columns[table.chosen.value].header;
             let from = if options.scale.is_some() { "--scale" } else { "the header" };

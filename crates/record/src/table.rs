@@ -10,7 +10,7 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
     Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary,
-    column::{Chosen, Column, choose},
+    column::{Chosen, Column, choose, is_counter},
     decimal::{self, Exact, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
@@ -239,14 +239,19 @@ pub(super) fn read(
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
     let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
-    let mut chosen = chosen.map_err(|error| match columns.first() {
-        _ if !has_numbers(&rows, dialect) => MeasurementError::NoRows { place: Place::line(path, header_at) },
-        Some(first)
-            if columns.len() > 1 && first.unit.is_none() && !first.header.is_empty() && rises(&rows, dialect) =>
-        {
-            error.with_likely_time(&first.header)
+    let mut chosen = chosen.map_err(|error| {
+        if !has_numbers(&rows, dialect) {
+            return MeasurementError::NoRows { place: Place::line(path, header_at) };
         }
-        _ => error,
+        // A first column that rises; of pairs the one beside the value, where it rises too.
+        let is_open = |at: usize| columns[at].unit.is_none() && !is_counter(&columns[at].name);
+        let value = options.column.as_ref().and_then(|wanted| columns.iter().position(|it| it.header == *wanted));
+        let beside = value.and_then(|at| at.checked_sub(1)).filter(|at| at % 2 == 0);
+        let mut likely = beside.into_iter().chain([0]);
+        match likely.find(|&at| columns.len() > 1 && is_open(at) && rises(&rows, dialect, at)) {
+            Some(at) => error.with_likely_time(&columns[at].header),
+            None => error,
+        }
     })?;
     let own = clocks.get(chosen.value).copied().flatten();
     if own.is_some() {
@@ -469,7 +474,10 @@ pub(super) fn guess_kind(
 ) -> RecordKind {
     use granchain_signal::Dimension;
     let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let named_horn = ["horn", "tip", "drive"].iter().any(|word| name.contains(word));
+    // `multiple` has a tip within.
+    let mut words = name.split(|letter: char| !letter.is_alphabetic());
+    let named_horn =
+        name.contains("horn") || words.any(|word| ["tip", "drive"].iter().any(|hint| word.starts_with(hint)));
     let named_hydrophone = name.contains("hydrophone") || name.contains("pressure");
     let has = |wanted| columns.iter().any(|column| column.dimension() == Some(wanted));
     // A sensitivity that the file states is for volts; a file of another unit may state it as a remark.

@@ -1,0 +1,176 @@
+//! Which columns of a laboratory's table are read, in which unit, and what is refused with flags that work.
+
+use std::path::Path;
+
+use granchain_record::{
+    DecimalSign, Delimiter, MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record_bytes,
+};
+
+const ROWS: u32 = 60;
+
+/// Value of row `i`: a tone of ten samples a cycle with four decimals.
+fn value(i: u32) -> f64 {
+    (5e3 * (2.0 * std::f64::consts::PI * f64::from(i) / 10.0).sin()).round() / 1e4
+}
+
+/// A table of `header` and a line for every row.
+fn table(header: &str, row: impl Fn(u32) -> String) -> String {
+    (0..ROWS).fold(format!("{header}\n"), |text, i| text + &row(i) + "\n")
+}
+
+fn read(text: &str, options: &ReadOptions) -> Result<Record, MeasurementError> {
+    read_record_bytes(Path::new("a.csv"), text.as_bytes(), Some(RecordKind::Vibrometer), options)
+}
+
+fn of_volts() -> ReadOptions {
+    ReadOptions { scale: Some(Sensitivity::parse("1 m/s/V").unwrap()), ..ReadOptions::default() }
+}
+
+fn refused(text: &str, options: &ReadOptions) -> String {
+    read(text, options).expect_err(text.lines().next().unwrap_or_default()).to_string()
+}
+
+/// Checks step and values of a record of `value`.
+fn assert_reads(name: &str, record: &Record, step: f64, unit: f64) {
+    assert!((record.raw.step / step - 1.0).abs() < 1e-6, "{name}: {}", record.raw.step);
+    assert_eq!(record.raw.len(), ROWS as usize, "{name}");
+    for (i, found) in (0..).zip(&record.raw.values) {
+        assert!((found - value(i) * unit).abs() < 1e-9, "{name}: row {i}: {found}");
+    }
+}
+
+#[test]
+fn of_several_times_the_one_beside_the_channel_is_taken() {
+    for (header, channel, unit) in [
+        ("Time (s),CH1 (V),Time2 (s),CH2 (V)", "CH2 (V)", None),
+        ("Time,CH1 (V),Time.1,CH2 (V)", "CH2 (V)", Some("s")),
+        ("Time (s),CH1 (V),Time (s),CH2 (V)", "CH2 (V)", None),
+        ("Time - Horn,Amplitude - Horn,Time - Bead,Amplitude - Bead", "Amplitude - Bead", Some("s")),
+        ("t_s,Horn_V,t2_s,Bead_V", "Bead_V", None),
+        ("No.,t_s,Horn_V,t2_s,Bead_V", "Bead_V", None),
+    ] {
+        let counter = if header.starts_with("No.") { "7," } else { "" };
+        let text = table(header, |i| {
+            let i_s = f64::from(i);
+            format!("{counter}{:.7},{:.4},{:.7},{:.4}", 2e-7 * i_s, -value(i), 4e-7 * i_s - 2e-6, value(i))
+        });
+        let options = ReadOptions { column: Some(channel.into()), time_unit: unit.map(str::to_owned), ..of_volts() };
+        let record = read(&text, &options).unwrap();
+        assert_reads(header, &record, 4e-7, 1.0);
+        assert!((record.raw.start + 2e-6).abs() < 1e-12, "{header}");
+        let said = format!("is taken, the one beside `{channel}`");
+        assert!(record.assumptions.iter().any(|text| text.contains(&said)), "{header}: {:?}", record.assumptions);
+    }
+    // The other channel keeps its own.
+    let text = table("Time (s),CH1 (V),Time2 (s),CH2 (V)", |i| {
+        format!("{:.7},{:.4},{:.7},0", 2e-7 * f64::from(i), value(i), 4e-7 * f64::from(i))
+    });
+    let options = ReadOptions { column: Some("CH1 (V)".into()), ..of_volts() };
+    assert_reads("CH1", &read(&text, &options).unwrap(), 2e-7, 1.0);
+    // Where the instants stand to the right, nothing says which.
+    let text = table("CH1 (V),Time (s),CH2 (V),Time2 (s)", |i| {
+        format!("{:.4},{:.7},{:.4},{:.7}", value(i), 2e-7 * f64::from(i), value(i), 4e-7 * f64::from(i))
+    });
+    let options = ReadOptions { column: Some("CH2 (V)".into()), ..of_volts() };
+    let message = refused(&text, &options);
+    assert!(message.contains("found 2: `Time (s)`, `Time2 (s)`; choose one with --read time_column=NAME"), "{message}");
+    // Names that say nothing: the remedy is the column beside the channel.
+    let text = table("/in X,/in Y,/out X,/out Y", |i| {
+        format!("{:.7},{:.4},{:.7},{:.4}", 2e-7 * f64::from(i), value(i), 4e-7 * f64::from(i), value(i))
+    });
+    let options = ReadOptions { column: Some("/out Y".into()), unit: Some("m/s".into()), ..ReadOptions::default() };
+    let remedy = read(&text, &options).unwrap_err().remedy().unwrap();
+    assert_eq!(remedy, "--read 'time_column=/out X' --read time_unit=UNIT");
+}
+
+#[test]
+fn one_column_of_decimal_commas_is_not_two_of_whole_numbers() {
+    let comma = |i| format!("{:.4}", value(i)).replace('.', ",");
+    let text = (0..ROWS).fold(String::new(), |text, i| text + &comma(i) + "\n");
+    let message = refused(&text, &ReadOptions::default());
+    for part in [
+        "a.csv:1: expected a header or a decimal point, found `0,0000` and one comma in every row",
+        "pass --read decimal=comma --sample-rate RATE --unit UNIT for one column",
+        "--read delimiter=comma --sample-rate RATE --channel 1 --unit UNIT for two columns",
+    ] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    // A column chosen by number does not say which.
+    let sampled = ReadOptions { sample_rate: Some(5e6), unit: Some("m/s".into()), ..ReadOptions::default() };
+    let chosen = ReadOptions { column: Some("1".into()), ..sampled.clone() };
+    assert!(matches!(read(&text, &chosen), Err(MeasurementError::OneComma { .. })));
+    let commas = ReadOptions { decimal: Some(DecimalSign::Comma), ..sampled.clone() };
+    assert_reads("one column", &read(&text, &commas).unwrap(), 2e-7, 1.0);
+    let two = ReadOptions { delimiter: Some(Delimiter::Comma), ..chosen };
+    assert_eq!(read(&text, &two).unwrap().raw.values[2], 0.0);
+    // Below a name it is one column.
+    let named = format!("Velocity [m/s]\n{text}");
+    let without = ReadOptions { sample_rate: Some(5e6), ..ReadOptions::default() };
+    let message = refused(&named, &without);
+    assert!(message.contains("for one column of decimal commas pass --read decimal=comma"), "{message}");
+    let commas = ReadOptions { decimal: Some(DecimalSign::Comma), ..without };
+    assert_reads("one name", &read(&named, &commas).unwrap(), 2e-7, 1.0);
+    // Two columns whose times have their unit are two.
+    let whole = (0..ROWS).fold(String::new(), |text, i| text + &format!("{i},{}\n", i % 7));
+    let timed = ReadOptions { time_unit: Some("us".into()), unit: Some("mm/s".into()), ..ReadOptions::default() };
+    assert!((read(&whole, &timed).unwrap().raw.step - 1e-6).abs() < 1e-15);
+}
+
+#[test]
+fn an_input_is_no_inch_and_a_least_value_no_minute() {
+    let rows = |i| format!("{:.7},{:.4},{:.4}", 2e-7 * f64::from(i), value(i) / 2.0, value(i));
+    for header in ["Time (s),CH1 (in),CH2 (out)", "time_s,V(in),V(out)"] {
+        let text = table(header, rows);
+        let message = read_record_bytes(Path::new("a.csv"), text.as_bytes(), None, &ReadOptions::default());
+        let message = message.expect_err(header).to_string();
+        assert!(!message.contains("inch") && message.contains("--unit"), "{header}: {message}");
+    }
+    let text = table("Time (s),Displacement (in)", |i| format!("{:.7},{:.4}", 2e-7 * f64::from(i), value(i)));
+    let record = read_record_bytes(Path::new("a.csv"), text.as_bytes(), None, &ReadOptions::default()).unwrap();
+    assert!((record.raw.values[2] - 0.0254 * value(2)).abs() < 1e-12);
+    for header in ["time_s,CH1_min,CH1_max", "Time (s),Min (V),Max (V)", "Time (s),CH1 max (V),CH1 min (V)"] {
+        let message = refused(&table(header, rows), &of_volts());
+        assert!(message.contains("found an envelope: `") && message.contains("record again without"), "{message}");
+    }
+    let minutes = table("Elapsed_min,velocity_mm_per_s", |i| format!("{i},{:.4}", value(i)));
+    assert_reads("minutes", &read(&minutes, &ReadOptions::default()).unwrap(), 60.0, 1e-3);
+}
+
+#[test]
+fn units_are_understood_in_the_spellings_of_laboratories() {
+    for (header, step, unit) in [
+        ("Time (uS),Velocity (mm/s)", 1e-6, 1e-3),
+        ("Time(S),Velocity(mm/s)", 1.0, 1e-3),
+        ("Time (mS),Velocity [m/sec]", 1e-3, 1.0),
+        ("Time [microsec],vel_mm_s", 1e-6, 1e-3),
+        ("micros,velocity_m_s", 1e-6, 1.0),
+        ("Zeit (Mikrosekunden),vel_mmps", 1e-6, 1e-3),
+        ("t_nsec,vel_um_s", 1e-9, 1e-6),
+        ("Time-us,Velocity-mm/s", 1e-6, 1e-3),
+        ("Time.us,Velocity.mm/s", 1e-6, 1e-3),
+        ("t:s,v:m/s", 1.0, 1.0),
+        ("Time - us,vel_mps", 1e-6, 1.0),
+    ] {
+        let text = table(header, |i| format!("{i},{:.4}", value(i)));
+        assert_reads(header, &read(&text, &ReadOptions::default()).unwrap(), step, unit);
+    }
+    let text = table("time_us,tip [microns]", |i| format!("{i},{:.4}", value(i)));
+    let record = read_record_bytes(Path::new("a.csv"), text.as_bytes(), None, &ReadOptions::default()).unwrap();
+    assert!((record.raw.values[2] - 1e-6 * value(2)).abs() < 1e-15);
+    // Milliseconds may be meant, or metres a second.
+    let text = table("time_us,velocity_ms", |i| format!("{i},{:.4}", value(i)));
+    assert!(refused(&text, &ReadOptions::default()).contains("found the unit `ms` of a time"));
+}
+
+#[test]
+fn the_name_of_a_file_says_the_kind_by_whole_words() {
+    let text = table("time_us,velocity_mm_per_s", |i| format!("{i},{:.4}", value(i)));
+    for (name, kind) in [
+        ("multiple_shots.csv", RecordKind::Vibrometer),
+        ("tip_3.csv", RecordKind::HornTip),
+        ("FreeHorn.csv", RecordKind::HornTip),
+    ] {
+        let record = read_record_bytes(Path::new(name), text.as_bytes(), None, &ReadOptions::default());
+        assert_eq!(record.unwrap().kind, kind, "{name}");
+    }
+}
