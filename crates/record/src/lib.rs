@@ -12,6 +12,7 @@
 mod baseline;
 mod binary;
 mod choice;
+mod clock;
 mod column;
 mod continuation;
 mod decimal;

@@ -2,13 +2,17 @@
 
 use std::path::Path;
 
+use granchain_signal::{Dimension, Unit};
+
 use super::{
-    Delimiter, MeasurementError, Place, ReadOptions,
-    column::Column,
+    Delimiter, MeasurementError, Place, ReadOptions, clock,
+    column::{Column, parse_unit},
     decimal::number,
     dialect::Dialect,
     preamble::Preamble,
-    table::{Rows, is_missing, text_of},
+    separated,
+    table::{Rows, is_missing, text, text_of},
+    time_column::says_time,
 };
 
 /// The columns and the position of their header.
@@ -33,12 +37,16 @@ fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<V
     let end = rows.reader.position().byte() as usize;
     let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
     let comment = before.lines().next_back()?.strip_prefix('#')?;
-    let names: Vec<String> = comment.split(dialect.delimiter.character()).map(|cell| cell.trim().to_owned()).collect();
+    let parted = |text: &str, by: char| text.split(by).map(|cell| cell.trim().to_owned()).collect::<Vec<String>>();
+    // Programs write names with blanks or commas above rows parted otherwise.
+    let names = [dialect.delimiter.character(), ',', ';', '\t'].map(|by| parted(comment, by));
+    let names = names.into_iter().find(|names| names.len() == first.len());
+    let names = names.or_else(|| Some(parted(&separated::names(comment, first.len())?, '\t')))?;
     let is_time = |name: &String| {
         let column = Column::from_header(name);
-        column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == granchain_signal::Dimension::TIME))
+        column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == Dimension::TIME))
     };
-    (names.len() == first.len() && names.iter().any(is_time)).then_some(names)
+    names.iter().any(is_time).then_some(names)
 }
 
 /// Whether any of the rows is one of numbers; else the text is no table.
@@ -46,7 +54,7 @@ pub(super) fn has_numbers(rows: &Rows<'_>, dialect: Dialect) -> bool {
     let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
     (0..LOOKED_AT).any(|_| {
         let cells = if below.advance() { below.cells() } else { Vec::new() };
-        let is_number = |cell: &String| number(cell, dialect.decimal).is_some();
+        let is_number = |cell: &String| number(cell, dialect.decimal).is_some() || clock::instant(cell).is_some();
         cells.iter().any(is_number) && cells.iter().all(|cell| is_number(cell) || is_missing(cell))
     })
 }
@@ -170,6 +178,9 @@ impl Header {
             header.next(path, rows)?;
             header.take_units(path, rows)?;
             header.drop_bare(rows);
+            if preamble.is_none_or(|preamble| preamble.grid.is_none()) {
+                header.mark_clocks(rows, dialect, options);
+            }
         }
         if let Some((time, other)) = preamble.and_then(|preamble| preamble.units.as_ref()) {
             for column in header.columns.iter_mut().filter(|column| !column.header.is_empty()) {
@@ -183,6 +194,29 @@ impl Header {
     fn next(&self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
         let line = rows.line;
         if rows.advance() { Ok(()) } else { Err(MeasurementError::NoRows { place: Place::line(path, line) }) }
+    }
+
+    /// Marks a column of times of day where no other has instants; with a stated rate instants in other words are none.
+    fn mark_clocks(&mut self, rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) {
+        let is_time = |(column, cell): (&Column, &[u8])| {
+            let says = column.dimension() == Some(Dimension::TIME) || says_time(&column.name);
+            says && number(text(cell), dialect.decimal).is_some()
+        };
+        let timed = self.columns.iter().zip(&rows.record).any(is_time);
+        let cells = rows.record.iter().map(text);
+        for (column, cell) in self.columns.iter_mut().zip(cells).filter(|(column, _)| column.unit.is_none()) {
+            if clock::instant(cell).is_some() && !timed {
+                column.unit_text = Some(clock::UNIT.into());
+                column.unit = Some(Unit::parse("s"));
+            } else if options.sample_rate.is_some()
+                && says_time(&column.name)
+                && !is_missing(cell)
+                && number(cell, dialect.decimal).is_none()
+            {
+                column.unit_text = Some("words".into());
+                column.unit = Some(Unit::parse("1"));
+            }
+        }
     }
 
     /// Drops the names at the end that no cell of the first row stands below.
@@ -212,6 +246,11 @@ impl Header {
         }
         let wordy =
             |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        // A channel without a unit has a dash.
+        let is_unit = |cell: &String| parse_unit(cell).is_ok_and(|unit| unit.dimension != Dimension::NONE);
+        if cells.iter().any(is_unit) {
+            cells.iter_mut().filter(|cell| *cell == "-").for_each(String::clear);
+        }
         let without = self.columns.iter().filter(|column| column.unit.is_none()).count();
         let given = self.columns.iter().zip(&cells).filter(|(column, cell)| column.unit.is_none() && !cell.is_empty());
         if cells.len() == self.columns.len()

@@ -5,7 +5,7 @@ use std::path::Path;
 use granchain_signal::{Dimension, Quantity, Series, wander};
 
 use super::{
-    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity,
+    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity, clock,
     dialect::Dialect,
     encoding::Encoding,
     mask,
@@ -103,6 +103,10 @@ impl Notes {
             self.assume(format!(
                 "of several columns of time `{time}` is taken, the one beside `{value}` (--read time_column)"
             ));
+        }
+        let clock = |at: &usize| table.columns[*at].unit_text.as_deref() == Some(clock::UNIT);
+        if let Some(time) = table.chosen.time.filter(clock) {
+            self.assume(format!("`{}` is a time of day: the first instant is taken as 0", table.columns[time].header));
         }
         if let Some((volts, scale)) = table.chosen.volts {
             let name = &table.columns[table.chosen.value].header;

@@ -9,7 +9,7 @@ use std::{borrow::Cow, path::Path};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
-    Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary,
+    Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary, clock,
     column::{Chosen, Column, choose, is_counter},
     decimal::{self, Exact, number},
     dialect::{self, Dialect},
@@ -177,7 +177,7 @@ pub(super) fn is_missing(cell: &str) -> bool {
 
 /// The columns of a table of text according to its first bytes; `bytes` end with a line.
 pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
-    let text = separated::with_hyphens(separated::with_line_ends(encoding::decode(path, bytes)?.text));
+    let text = plain(encoding::decode(path, bytes)?.text);
     let preamble = preamble::recognise(path, &text, options.dataset)?;
     let from = preamble.as_ref().map_or(0, |preamble| preamble.body);
     let body = separated::by_tabs(text.get(from..).unwrap_or_default(), options);
@@ -185,6 +185,10 @@ pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Resul
     let mut rows = Rows::new(body.as_bytes(), 1, dialect.delimiter);
     rows.advance();
     Ok(Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?.columns)
+}
+
+fn plain(text: Cow<'_, str>) -> Cow<'_, str> {
+    separated::without_excel_line(separated::with_hyphens(separated::with_line_ends(text)))
 }
 
 /// Read the columns that `options` and the header choose.
@@ -202,8 +206,8 @@ pub(super) fn read(
     if universal::is_universal(&lines) {
         return universal::read(path, &lines, kind, options);
     }
-    let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
-    let text = separated::with_hyphens(separated::with_line_ends(text));
+    let Decoded { text, encoding, foreign, padding } = encoding::decode(path, bytes)?;
+    let text = plain(text);
     let preamble = preamble::recognise(path, &text, options.dataset)?;
     let (from, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
     let until = preamble.as_ref().and_then(|it| it.end).unwrap_or(text.len());
@@ -343,6 +347,12 @@ pub(super) fn read(
         warnings: Vec::new(),
         open_end: open_end(whole),
     };
+    if padding > 0 {
+        let text = format!(
+            "{padding} bytes of padding (NUL or Ctrl-Z) at the end are passed over: was the transfer complete?"
+        );
+        table.warnings.push(text);
+    }
     if let Some((start, step)) = own {
         let name = &table.columns[table.chosen.value].header;
         let text = format!(
@@ -402,7 +412,7 @@ pub(super) fn read(
         let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
         let mut digits = decimal::LastDigits::default();
         while rows.advance() {
-            digits.add(text_of(&rows, column), dialect.decimal);
+            digits.add(clock::seconds(text_of(&rows, column)), dialect.decimal);
         }
         digits.units()
     })?;

@@ -174,3 +174,69 @@ fn the_name_of_a_file_says_the_kind_by_whole_words() {
         assert_eq!(record.unwrap().kind, kind, "{name}");
     }
 }
+
+#[test]
+fn what_programs_write_around_a_table_is_understood() {
+    let rows = |sep: &str| (0..ROWS).fold(String::new(), |text, i| text + &format!("{i}{sep}{:.4}\n", value(i)));
+    let comma = |text: String| text.replace('.', ",");
+    let plain = |header: &str| format!("{header}\n{}", rows(","));
+    let quoted = comma(rows(".5;")).replace(';', "\",\"").replace('\n', "\"\n\"");
+    for (name, text) in [
+        ("sep=;", format!("sep=;\r\nZeit [µs];v [mm/s]\r\n{}", comma(rows(";")))),
+        ("quoted sep", format!("\"sep=,\"\n{}", plain("X [us],Y [mm/s]"))),
+        ("NULs", format!("{}\0\0\0\0", plain("time_us,velocity_mm_per_s"))),
+        ("Ctrl-Z", format!("{}\x1a\r\n", plain("time_us,velocity_mm_per_s"))),
+        ("blanks", format!("# time_us velocity_mm_per_s\n{}", rows(" "))),
+        ("units in brackets", format!("# t [us]  v [mm/s]\n{}", rows(" "))),
+        ("commas above tabs", format!("# t (us), v (mm/s)\n{}", rows("\t"))),
+        ("dash", table("Time,Trigger,Velocity\nus,-,mm/s", |i| format!("{i},1,{:.4}", value(i)))),
+        ("quoted", format!("\"Zeit (us)\",\"v (mm/s)\"\n\"{}", quoted.trim_end_matches('"'))),
+        ("words", comma(table("Zeit (us);v (mm/s);Status", |i| format!("{i}.0;{:.4};ok", value(i))))),
+    ] {
+        let record = read(&text, &ReadOptions::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_reads(name, &record, 1e-6, 1e-3);
+        let padded = record.warnings.iter().any(|text| text.contains("bytes of padding"));
+        assert_eq!(padded, text.contains(['\0', '\x1a']), "{name}: {:?}", record.warnings);
+    }
+}
+
+#[test]
+fn decimal_commas_may_begin_after_a_quiet_lead() {
+    let text = (0..200).fold("t [ns];v [mm/s]\n".to_owned(), |text, i| {
+        text + &if i < 80 { format!("{};0\n", 200 * i) } else { format!("{};{},5\n", 200 * i, 1 + i % 9) }
+    });
+    let record = read(&text, &ReadOptions::default()).unwrap();
+    assert!((record.raw.values[85] - 5.5e-3).abs() < 1e-12);
+    // What may be thousands is still asked for.
+    let grouped = text.replace(",5\n", ",567\n");
+    assert!(matches!(read(&grouped, &ReadOptions::default()), Err(MeasurementError::AmbiguousNumber { .. })));
+}
+
+#[test]
+fn times_of_day_are_instants_since_the_first() {
+    for (name, header, step, at) in [
+        ("clock", "Time,Velocity (mm/s)", 1e-6, "10:11:12."),
+        ("ISO 8601", "timestamp,velocity_mm_per_s", 1e-6, "2019-11-21T10:11:12."),
+        ("blank", "Time,velocity_mm_per_s", 1e-6, "2019-11-21 10:11:12."),
+        ("American", "Scan,Time,v [mm/s]", 1e-6, "1,11/21/2019 10:11:12:"),
+    ] {
+        let zone = if name == "ISO 8601" { "Z" } else { "" };
+        let text = table(header, |i| format!("{at}{i:06}{zone},{:.4}", value(i)));
+        let record = read(&text, &ReadOptions::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_reads(name, &record, step, 1e-3);
+        assert_eq!(record.raw.start, 0.0, "{name}");
+        assert!(record.assumptions.iter().any(|text| text.contains("is a time of day")), "{name}");
+    }
+    // Steps of less than the last digit are known from all instants, as with other rounded times.
+    let text = (0..4000)
+        .fold("Time,Velocity (mm/s)\n".to_owned(), |text, i| text + &format!("10:11:12.{:06},{}\n", i * 4 / 10, i % 7));
+    let record = read(&text, &ReadOptions::default()).unwrap();
+    assert!((record.raw.step - 4e-7).abs() < 1e-12, "{}", record.raw.step);
+    // Beside a rate, other words are no time.
+    let text = table("time,Velocity (mm/s)", |i| format!("21st of November,{:.4}", value(i)));
+    let sampled = ReadOptions { sample_rate: Some(5e6), ..ReadOptions::default() };
+    assert_reads("words", &read(&text, &sampled).unwrap(), 2e-7, 1e-3);
+    // A column of seconds beside is taken.
+    let text = table("Start,Elapsed (s),Velocity (mm/s)", |i| format!("10:11:12,{i},{:.4}", value(i)));
+    assert_reads("beside", &read(&text, &ReadOptions::default()).unwrap(), 1.0, 1e-3);
+}
