@@ -27,7 +27,7 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     let text =
         if text.ends_with(']') || (text.ends_with(')') && closes('(', ')')) { &text[..text.len() - 1] } else { text };
     match text.trim().to_lowercase().as_str() {
-        "volt" | "volts" | "v" => Unit::parse("V"),
+        "volt" | "volts" | "v" | "vdc" => Unit::parse("V"),
         "sec" | "secs" | "second" | "seconds" | "sekunden" => Unit::parse("s"),
         "usec" | "micros" | "microsec" | "microseconds" | "mikrosekunden" => Unit::parse("us"),
         "msec" | "millis" | "millisec" | "milliseconds" | "millisekunden" => Unit::parse("ms"),
@@ -65,7 +65,7 @@ fn opening(text: &str, open: char, close: char) -> Option<usize> {
 
 /// Whether a name is that of a sample counter.
 pub(super) fn is_counter(name: &str) -> bool {
-    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point"]
+    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point", "scan"]
         .contains(&name.trim().to_lowercase().as_str())
 }
 
@@ -89,6 +89,7 @@ impl Column {
                 "g" if gravities => Ok(of_gravity),
                 // Some write seconds as `S`; elsewhere it is siemens.
                 "S" | "mS" | "uS" | "µS" | "nS" | "US" if says_time(name) => parse_unit(&unit.to_lowercase()),
+                "M/S" | "MM/S" | "UM/S" => parse_unit(&unit.to_lowercase()),
                 _ => parse_unit(unit),
             };
             Self {
@@ -98,15 +99,25 @@ impl Column {
                 unit: Some(unit_of),
             }
         };
-        for (open, close) in [('[', ']'), ('(', ')')] {
+        // `CH1 (in)` is an input, an inch where the name says so; `Y[1]` is the second of several.
+        let is_unit = |name: &str, unit: &str| {
+            let inch = unit.trim() != "in" || INCHES.iter().any(|word| name.to_lowercase().contains(word));
+            inch && unit.contains(|letter: char| !letter.is_ascii_digit() && letter != ' ')
+        };
+        for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
             if let Some(from) = opening(header, open, close) {
                 let (name, unit) = (&header[..from], &header[from + 1..header.len() - 1]);
-                // `CH1 (in)` is an input, an inch where the name says so.
-                let lower = name.to_lowercase();
-                let inch = unit.trim() != "in" || INCHES.iter().any(|word| lower.contains(word));
-                if !unit.trim().is_empty() && inch {
+                if is_unit(name, unit) && (open == '[' || open == '(' || parse_unit(unit).is_ok()) {
                     return with(name, unit);
                 }
+            }
+            // `Velocity [mm/s] CH2`.
+            if let Some((before, after)) = header.rsplit_once(close).filter(|(_, after)| after.starts_with(' '))
+                && let Some((name, unit)) = before.rsplit_once(open)
+                && is_unit(name, unit)
+                && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE)
+            {
+                return with(&format!("{}{after}", name.trim_end()), unit);
             }
         }
         if let Some((name, unit)) = header.split_once(" / ") {
@@ -411,7 +422,7 @@ fn choose_value(
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
     }
     if found.is_empty() && (options.unit.is_some() || options.scale.is_some()) {
-        found = others(&|column| column.unit.is_none());
+        found = others(&|column| column.unit.is_none() && !is_counter(&column.name));
     }
     if found.is_empty() {
         found = others(&|column| column.unit.as_ref().is_some_and(Result::is_err) && column.is_named(names(kind)));

@@ -141,6 +141,10 @@ pub enum MeasurementError {
         /// Flags for two columns.
         two: String,
     },
+    #[error(
+        "{place}: expected a line for every instant, found one of {found} cells for every channel; transpose the table"
+    )]
+    Transposed { place: Place, found: usize },
     #[error("{place}: expected rows of numbers below the header, found none; export the record again")]
     NoRows { place: Place },
     #[error("{}: expected at least {needed} samples, found {found}; export the whole record", path.display())]

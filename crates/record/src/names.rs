@@ -36,12 +36,22 @@ const LOOKED_AT: usize = 2000;
 fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<Vec<String>> {
     let end = rows.reader.position().byte() as usize;
     let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
-    let comment = before.lines().next_back()?.strip_prefix('#')?;
     let parted = |text: &str, by: char| text.split(by).map(|cell| cell.trim().to_owned()).collect::<Vec<String>>();
     // Programs write names with blanks or commas above rows parted otherwise.
-    let names = [dialect.delimiter.character(), ',', ';', '\t'].map(|by| parted(comment, by));
-    let names = names.into_iter().find(|names| names.len() == first.len());
-    let names = names.or_else(|| Some(parted(&separated::names(comment, first.len())?, '\t')))?;
+    let cells = |line: &str| {
+        let comment = line.strip_prefix('#')?;
+        let names = [dialect.delimiter.character(), ',', ';', '\t'].map(|by| parted(comment, by));
+        let names = names.into_iter().find(|names| names.len() == first.len());
+        names.or_else(|| Some(parted(&separated::names(comment, first.len())?, '\t')))
+    };
+    let mut above = before.lines().rev().map_while(cells);
+    let mut names = above.next()?;
+    // Units stand below the names of gnuplot.
+    if names.iter().all(|name| parse_unit(name).is_ok())
+        && let Some(titles) = above.next()
+    {
+        names = titles.iter().zip(&names).map(|(title, unit)| format!("{title} ({unit})")).collect();
+    }
     let is_time = |name: &String| {
         let column = Column::from_header(name);
         column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == Dimension::TIME))
@@ -59,13 +69,24 @@ pub(super) fn has_numbers(rows: &Rows<'_>, dialect: Dialect) -> bool {
     })
 }
 
+/// The numbers of a column in the first rows.
+fn first_of(rows: &Rows<'_>, dialect: Dialect, column: usize) -> Vec<f64> {
+    let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
+    let mut found = Vec::new();
+    while found.len() < LOOKED_AT && below.advance() {
+        found.extend(number(text_of(&below, column), dialect.decimal));
+    }
+    found
+}
+
+/// Whether the first column counts every row.
+pub(super) fn counts(rows: &Rows<'_>, dialect: Dialect) -> bool {
+    first_of(rows, dialect, 0).windows(2).all(|pair| pair[1] - pair[0] == 1.0)
+}
+
 /// Whether a column rises from row to row, as instants do.
 pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect, column: usize) -> bool {
-    let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
-    let mut instants = Vec::new();
-    while instants.len() < LOOKED_AT && below.advance() {
-        instants.extend(number(text_of(&below, column), dialect.decimal));
-    }
+    let instants = first_of(rows, dialect, column);
     // Of rounded instants two may be the same.
     let later = instants.windows(2).filter(|pair| pair[1] > pair[0]).count();
     later > 0 && 2 * later >= instants.len() && instants.is_sorted()

@@ -15,7 +15,7 @@ use super::{
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
-    names::{Header, has_numbers, rises},
+    names::{Header, counts, has_numbers, rises},
     place::SampleLines,
     preamble::{self, Preamble},
     remedy::listed,
@@ -224,6 +224,7 @@ pub(super) fn read(
 
     let blocks = separated::blocks(body, dialect, first_line);
     let whole = body.as_bytes();
+    refuse_rows(path, body, first_line, dialect)?;
     refuse_width(path, whole, first_line, dialect.delimiter)?;
     let several = blocks.len() > 1;
     let bytes = match (&blocks[..], options.dataset) {
@@ -240,6 +241,12 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
+    let lines =
+        || comments.iter().chain(preamble.iter().flat_map(|it| &it.statements)).cloned().collect::<Vec<String>>();
+    let counted =
+        columns.len() == 1 || columns.first().is_some_and(|it| is_counter(&it.name)) && counts(&rows, dialect);
+    let said = if grid.is_none() && counted { header::sample_interval(&lines()) } else { None };
+    let grid = grid.or(said.map(|step| (0.0, step)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
     let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
@@ -353,6 +360,11 @@ pub(super) fn read(
         );
         table.warnings.push(text);
     }
+    if let (Some(step), None) = (said, table.chosen.time) {
+        table
+            .assumptions
+            .push(format!("one sample every {}, as the lines above the rows state; the first at 0", time(step)));
+    }
     if let Some((start, step)) = own {
         let name = &table.columns[table.chosen.value].header;
         let text = format!(
@@ -366,6 +378,7 @@ pub(super) fn read(
         table.assumptions.push(format!("{} at the end of the header: without cells, passed over", listed(&bare)));
     }
     rows.blanks_count = table.chosen.time.is_none();
+    let sparse = table.is_sparse(&rows, dialect);
     let taking = Taking { path, dialect, trailing, missing: options.missing, remarks };
     let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
@@ -377,7 +390,7 @@ pub(super) fn read(
                 .push(format!("the rows end above line {line} (`{found}`): what stands from there on is passed over"));
             break;
         }
-        if row >= passed_over {
+        if row >= passed_over && !(sparse && text_of(&rows, table.chosen.value).is_empty()) {
             table.take(&taking, &rows, &mut gap).map_err(|error| match error {
                 MeasurementError::TimeNotIncreasing { .. } if several => MeasurementError::Segments {
                     place: Place::line(path, blocks[1].line),
@@ -420,6 +433,34 @@ pub(super) fn read(
 }
 
 impl Table {
+    /// Whether a channel has a cell in every second, third … row, as one recorded beside a faster one.
+    fn is_sparse(&mut self, rows: &Rows<'_>, dialect: Dialect) -> bool {
+        const STRIDE: usize = 64;
+        let from = usize::try_from(rows.reader.position().byte()).unwrap_or(usize::MAX).min(rows.bytes.len());
+        let mut below = Rows::new(&rows.bytes[from..], rows.line, dialect.delimiter);
+        let mut filled = vec![!text_of(rows, self.chosen.value).is_empty()];
+        let mut is_open = |most: usize, filled: &mut Vec<bool>| {
+            while filled.len() < most && below.advance() {
+                filled.push(!text_of(&below, self.chosen.value).is_empty());
+            }
+        };
+        is_open(STRIDE, &mut filled);
+        if self.chosen.time.is_none() || filled.iter().all(|it| *it) {
+            return false;
+        }
+        is_open(usize::MAX, &mut filled);
+        let at: Vec<usize> = filled.iter().enumerate().filter(|(_, it)| **it).map(|(at, _)| at).collect();
+        let steps = at.windows(2).map(|pair| pair[1] - pair[0]);
+        let stride = steps.clone().next().unwrap_or(1);
+        let sparse = at.len() >= sampling::FEWEST && stride > 1 && steps.clone().all(|step| step == stride);
+        if sparse {
+            let name = &self.columns[self.chosen.value].header;
+            self.assumptions
+                .push(format!("`{name}` has a cell in one of {stride} rows: the others are no samples of it"));
+        }
+        sparse
+    }
+
     /// Whether the record ends at a row of words, before text or another table with its own header. If rows below
     /// continue in time, the row is a wrong cell of the same table; a repeated header starts another record.
     fn is_over(&self, rows: &Rows<'_>, dialect: Dialect) -> bool {
@@ -459,6 +500,22 @@ pub(super) fn shortened(text: &str, longest: usize) -> String {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text.into(),
     }
+}
+
+/// Refuses a line of numbers for each channel.
+fn refuse_rows(path: &Path, body: &str, first: u64, dialect: Dialect) -> Result<(), MeasurementError> {
+    const WIDEST: usize = 32;
+    let says = |(line, _): &(&str, u64)| !line.starts_with('#') && !line.trim().is_empty();
+    let mut lines = body.lines().zip(first..).filter(says);
+    let Some((line, at)) = lines.next() else { return Ok(()) };
+    let mut cells = line.split(dialect.delimiter.character());
+    let width = cells.clone().count();
+    let others = cells.by_ref().skip(1).filter(|cell| !is_missing(cell.trim()));
+    let is_row = width > WIDEST && others.into_iter().all(|cell| number(cell.trim(), dialect.decimal).is_some());
+    if is_row && 4 * (1 + lines.count()) <= width {
+        return Err(MeasurementError::Transposed { place: Place::line(path, at), found: width });
+    }
+    Ok(())
 }
 
 /// Refuses lines with too many cells before memory is allocated for them.

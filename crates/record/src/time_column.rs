@@ -27,7 +27,7 @@ fn is_named(column: &Column) -> bool {
 fn is_named_or_numbered(column: &Column) -> bool {
     let name = column.name.to_lowercase();
     let name = name.split(" - ").next().unwrap_or_default();
-    let numbers = |letter: char| letter.is_ascii_digit() || matches!(letter, '.' | '_' | ' ');
+    let numbers = |letter: char| letter.is_ascii_digit() || matches!(letter, '.' | '_' | ' ' | '[' | ']');
     TIME_NAMES.contains(&name.trim_end_matches(numbers))
 }
 

@@ -45,3 +45,33 @@ pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Mea
         ..Preamble::default()
     })
 }
+
+/// `File Format, WaveformYValues` … `XOrg, -1e-5` … `Data,` and the type of the values, then those alone.
+pub(super) fn values_alone(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
+    let value = |wanted: &str| lines.iter().filter_map(Line::pair).find(|(key, _)| *key == wanted).map(|(_, it)| it);
+    let data = lines.iter().position(|line| bare(line.text) == "Data");
+    let first = data.and_then(|at| lines[at + 1..].iter().find(|line| number(line.text.trim()).is_some()));
+    let time_unit = value("X Units").unwrap_or("Second");
+    let seconds = parse_unit(time_unit).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
+    let clock = [value("XOrg"), value("XInc")].map(|it| it.and_then(number));
+    let (Some(first), [Some(start), Some(step)], Some(factor)) = (first, clock, seconds) else {
+        return Err(missing(
+            path,
+            "Keysight",
+            "`XOrg`, `XInc`, `X Units` in units of time, and `Data` with values below it",
+        ));
+    };
+    let (start, step) = (start * factor, step * factor);
+    Ok(Preamble {
+        instrument: "Keysight Infiniium",
+        body: first.at,
+        body_line: first.number,
+        header: Some(vec![format!("value ({})", value("Y Units").unwrap_or("Volt"))]),
+        grid: Some((start, step)),
+        interval: Some(step),
+        points: value("Points").and_then(count),
+        statements: statements(lines, first.number),
+        assumptions: vec![format!("instants from XOrg and XInc: {} and every {}", time(start), time(step))],
+        ..Preamble::default()
+    })
+}

@@ -150,6 +150,9 @@ fn units_are_understood_in_the_spellings_of_laboratories() {
         ("Time.us,Velocity.mm/s", 1e-6, 1e-3),
         ("t:s,v:m/s", 1.0, 1.0),
         ("Time - us,vel_mps", 1e-6, 1.0),
+        ("TIME (US),VELOCITY (MM/S)", 1e-6, 1e-3),
+        ("Time {us},Velocity <mm/s>", 1e-6, 1e-3),
+        ("Time (us) rel,Velocity [mm/s] CH2", 1e-6, 1e-3),
     ] {
         let text = table(header, |i| format!("{i},{:.4}", value(i)));
         assert_reads(header, &read(&text, &ReadOptions::default()).unwrap(), step, unit);
@@ -239,4 +242,131 @@ fn times_of_day_are_instants_since_the_first() {
     // A column of seconds beside is taken.
     let text = table("Start,Elapsed (s),Velocity (mm/s)", |i| format!("10:11:12,{i},{:.4}", value(i)));
     assert_reads("beside", &read(&text, &ReadOptions::default()).unwrap(), 1.0, 1e-3);
+}
+
+#[test]
+fn text_above_rows_without_names_is_passed_over() {
+    let rows = |row: &dyn Fn(u32) -> String| (0..ROWS).fold(String::new(), |text, i| text + &row(i) + "\n");
+    let of = |time: Option<&str>, unit: &str| ReadOptions {
+        time_unit: time.map(str::to_owned),
+        sample_rate: time.is_none().then_some(1e6),
+        unit: Some(unit.into()),
+        ..ReadOptions::default()
+    };
+    let pairs = rows(&|i| format!("{i}\t{:.4}", value(i)));
+    let text = format!("Vibrometer OFV-5000\nRange 100 mm/s/V\nShot 12\n{pairs}");
+    assert!(refused(&text, &ReadOptions::default()).contains("or pass --read time_unit=UNIT --unit UNIT"));
+    let record = read(&text, &of(Some("us"), "mm/s")).unwrap();
+    assert_reads("pairs", &record, 1e-6, 1e-3);
+    let said = "lines 1 to 3 above the rows are passed over";
+    assert!(record.assumptions.iter().any(|text| text == said), "{:?}", record.assumptions);
+    let numbered = rows(&|i| format!("{i}\t{i}E-06\t{:.4}", value(i)));
+    let text = format!("Header Size:\t20\nDate:\t21/11/2019\nX-Axis\n{numbered}");
+    let options = ReadOptions { time_column: Some("2".into()), column: Some("3".into()), ..of(Some("s"), "m/s") };
+    assert_reads("three columns", &read(&text, &options).unwrap(), 1e-6, 1.0);
+    let single = rows(&|i| format!("{:.4}", value(i)));
+    let text = format!("Start Address: -50\nSample Rate: 5 MS/s\nInput Range: +/- 1 V\nData:\n{single}");
+    assert_reads("one column", &read(&text, &of(None, "m/s")).unwrap(), 1e-6, 1.0);
+    let text = format!("Vibrometer OFV-5000\nShot 12\nVelocity (mm/s)\n{single}");
+    let named = ReadOptions { sample_rate: Some(1e6), ..ReadOptions::default() };
+    assert_reads("one name", &read(&text, &named).unwrap(), 1e-6, 1e-3);
+}
+
+#[test]
+fn a_counter_is_no_time_and_the_stated_rate_is_taken() {
+    let rows = |step: u32| (0..ROWS).fold(String::new(), |text, i| text + &format!("{},{:.4}\n", step * i, value(i)));
+    for (name, above) in [
+        ("interval", "Channel :,CH1\nTime interval : ,0.20000uS\nindex,Velocity (mm/s)"),
+        ("rate", "# Sample rate: 5 MHz\nSample,Velocity (mm/s)"),
+        ("samples a second", "# Sampling rate = 5 MS/s\nNo.,Velocity (mm/s)"),
+    ] {
+        let record = read(&format!("{above}\n{}", rows(1)), &ReadOptions::default()).unwrap();
+        assert_reads(name, &record, 2e-7, 1e-3);
+        assert!(record.assumptions.iter().any(|text| text.contains("as the lines above the rows state")), "{name}");
+    }
+    // Every tenth sample, or no rate: nothing is known, and the counter is not proposed.
+    for text in
+        [format!("# Sample rate: 5 MHz\nSample,Velocity (mm/s)\n{}", rows(10)), format!("index,v_mm_s\n{}", rows(1))]
+    {
+        assert_eq!(read(&text, &ReadOptions::default()).unwrap_err().remedy().unwrap(), "--sample-rate RATE");
+    }
+}
+
+#[test]
+fn a_channel_with_a_cell_in_every_second_row_is_read() {
+    for stride in [2, 8] {
+        let text = (0..stride * ROWS).fold("Time (us),Fast (V),Velocity (mm/s)\n".to_owned(), |text, i| {
+            let slow = if i % stride == 0 { format!("{:.4}", value(i / stride)) } else { String::new() };
+            text + &format!("{i},0.1,{slow}\n")
+        });
+        let record = read(&text, &ReadOptions::default()).unwrap();
+        assert_reads("sparse", &record, 1e-6 * f64::from(stride), 1e-3);
+        // A row lost between is still refused.
+        let at = text.match_indices(&format!("{},0.1,", 8 * stride)).next().unwrap().0;
+        let lost = format!("{}{}", &text[..at], text[at..].split_once('\n').unwrap().1);
+        assert!(read(&lost, &ReadOptions::default()).is_err());
+    }
+}
+
+#[test]
+fn instruments_of_laboratories_are_recognised() {
+    let rows = |row: &dyn Fn(u32) -> String| (0..ROWS).fold(String::new(), |text, i| text + &row(i) + "\n");
+    let single = rows(&|i| format!("{:.4}", value(i)));
+    let keysight = format!(
+        "File Format, WaveformYValues\nPoints, {ROWS}\nXOrg, -1e-05\nXInc, 2e-07\nX Units, Second\nY Units, Volt\nData,\nfloat\n{single}"
+    );
+    let hioki = format!(
+        "\"COMMENT\",\"8807 MEM DATA\"\n\"NUM_SIGS\",2\n\"HORZ_UNITS\",\"S\"\n\"VERT_UNITS\",\"S\",\"V\"\n\"SIGNAL\",\"TIME\",\"ACH1\"\n\"DATA\"\n{}",
+        rows(&|i| format!("{:+.4E}, {:+.4E}", 2e-7 * f64::from(i) - 1e-5, value(i)))
+    );
+    let time = "21/11/2019 10:11:12.123";
+    let labview = format!(
+        "waveform\t[0]\t[1]\nt0\t{time}\t{time}\ndelta t\t2E-7\t2E-7\n\ntime\tY[0]\tY[1]\n{}",
+        rows(&|i| format!("{time}\t0\t{:.4}", value(i)))
+    );
+    for (name, text, channel, start) in
+        [("Keysight", keysight, None, -1e-5), ("HIOKI", hioki, None, -1e-5), ("LabVIEW", labview, Some("Y[1]"), 0.0)]
+    {
+        let options = ReadOptions { column: channel.map(str::to_owned), ..of_volts() };
+        let record = read(&text, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_reads(name, &record, 2e-7, 1.0);
+        assert!((record.raw.start - start).abs() < 1e-12, "{name}");
+        assert!(record.form.contains(name), "{name}: {}", record.form);
+    }
+}
+
+#[test]
+fn keys_of_an_rto_say_unit_columns_and_envelope() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys = "XStart:-1e-05:\nResolution:2e-07:\nRecordLength:60:\nVerticalUnit:m/s:\n";
+    let rows = |row: &dyn Fn(u32) -> String| (0..ROWS).fold(String::new(), |text, i| text + &row(i) + "\n");
+    let read = |keys: &str, values: String| {
+        std::fs::write(folder.path().join("a.csv"), keys).unwrap();
+        std::fs::write(folder.path().join("a.Wfm.csv"), &values).unwrap();
+        read_record_bytes(&folder.path().join("a.Wfm.csv"), values.as_bytes(), None, &ReadOptions::default())
+    };
+    let record = read(keys, rows(&|i| format!("{:.4}", value(i)))).unwrap();
+    assert_reads("unit", &record, 2e-7, 1.0);
+    let timed = rows(&|i| format!("{:.9e};{:.4}", 2e-7 * f64::from(i) - 1e-5, value(i)));
+    assert_reads("horizontal values", &read(keys, timed).unwrap(), 2e-7, 1.0);
+    let both = rows(&|i| format!("{:.4};{:.4}", value(i) - 0.01, value(i) + 0.01));
+    let message = read(&format!("{keys}ValuesPerXInterval:2:\n"), both).unwrap_err().to_string();
+    assert!(message.contains("expected one sample at every instant, found two"), "{message}");
+}
+
+#[test]
+fn sensitivities_in_comments_and_rows_of_channels() {
+    let comma = |text: String| text.replace('.', ",");
+    for (comment, volt) in [("8 mV/(mm/s)", 0.125), ("0,125 m/s/V", 0.125), ("0.125 m/s/V, set by hand", 0.125)] {
+        let rows = comma(table("Time (us);Vib (V)", |i| format!("{i}.0;{:.4}", value(i))));
+        let record = read(&format!("# sensitivity: {comment}\n{rows}"), &ReadOptions::default()).unwrap();
+        assert_reads(comment, &record, 1e-6, volt);
+    }
+    let row = |of: &dyn Fn(u32) -> String| (0..ROWS).map(of).collect::<Vec<_>>().join(",");
+    let (times, values) = (row(&|i| i.to_string()), row(&|i| format!("{:.4}", value(i))));
+    for text in [format!("time_us,{times}\nvelocity,{values}\n"), format!("{times}\n{values}\n")] {
+        assert!(refused(&text, &ReadOptions::default()).contains("for every channel; transpose the table"), "{text}");
+    }
+    let flat = table("Time (s),Velocity (mm/s)", |i| format!("0.000,{:.4}", value(i)));
+    assert!(refused(&flat, &ReadOptions::default()).contains("the time column needs more digits"));
 }
