@@ -8,6 +8,7 @@ use granchain_signal::{Dimension, Quantity, QuantityError};
 
 use super::{
     DecimalSign, Place, RecordKind, UniversalError,
+    decimal::may_be_grouped,
     remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, times, wanted},
 };
 use granchain_signal::number::time;
@@ -246,6 +247,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected a number, found `{found}`{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if may_be_grouped(found, DecimalSign::Comma) { "; write numbers without thousands separators" }
         else if found.contains(',') { "; write decimal points, not commas, or pass --read decimal=comma" }
         else { "; correct the cell or delete the row" }
     )]

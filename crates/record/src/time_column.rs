@@ -46,11 +46,10 @@ pub(super) fn candidates(
     let mut found = positions(columns, |column| of_time(column) || is_open(column) && is_named_or_numbered(column));
     let mut named: Vec<usize> = found.iter().copied().filter(|&at| is_named_or_numbered(&columns[at])).collect();
     // Beside `time_s` a `t2` without a unit is something else.
+    let with_unit = named.iter().any(|&at| of_time(&columns[at]));
     let mut plain = named.iter().filter(|&&at| is_named(&columns[at])).peekable();
-    if plain.peek().is_none() || plain.any(|&at| of_time(&columns[at])) {
-        if named.iter().any(|&at| of_time(&columns[at])) {
-            named.retain(|&at| of_time(&columns[at]));
-        }
+    if with_unit && (plain.peek().is_none() || plain.any(|&at| of_time(&columns[at]))) {
+        named.retain(|&at| of_time(&columns[at]));
     }
     if !named.is_empty() {
         found = named;

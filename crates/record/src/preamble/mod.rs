@@ -177,8 +177,8 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         return Ok(Some(Preamble { instrument: "Keysight InfiniiVision", body_line: 1, ..Preamble::default() }));
     } else if labview::begins(line) {
         return labview::labview(path, text, dataset).map(Some);
-    } else if begins(&["File Format, WaveformYValues", "File Format,WaveformYValues"]) {
-        return keysight::values_alone(path, &whole).map(Some);
+    } else if begins(&["File Format, Waveform", "File Format,Waveform"]) {
+        return keysight::waveform(path, &whole).map(Some);
     } else if any("NUM_SIGS") && any("HORZ_UNITS") {
         return Ok(hioki::hioki(&whole));
     } else if first.starts_with("waveform\t") {

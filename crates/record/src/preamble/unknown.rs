@@ -67,14 +67,15 @@ pub(super) fn unnamed(lines: &[Line<'_>]) -> Option<Preamble> {
     if first < 2 || said.len() < first + ROWS || !is_table {
         return None;
     }
-    let is_names = |line: &&&Line<'_>| {
-        let parts = line.text.split([',', ';', '\t']).filter(|cell| !cell.trim().is_empty()).count();
-        width > 1 && parts > 1 && !line.text.contains(['=', ':'])
-    };
-    if said[first - 2..first].iter().any(|line| is_names(&line)) || parse_unit(said[first - 1].text).is_ok() {
+    let last = said[first - 1].text;
+    let parts = last.split([',', ';', '\t']).filter(|cell| !cell.trim().is_empty()).count();
+    // A row of remarks below names may be blank.
+    let is_wide = parts > 1 || last.split(delimiter.character()).count() == width;
+    let is_names = width > 1 && is_wide && !last.contains(['=', ':']);
+    if is_names || parse_unit(last).is_ok() {
         return None;
     }
-    let named = width == 1 && Column::from_header(said[first - 1].text).dimension().is_some();
+    let named = width == 1 && Column::from_header(last).dimension().is_some();
     let line = said[first - usize::from(named)];
     Some(Preamble {
         instrument: "unknown",

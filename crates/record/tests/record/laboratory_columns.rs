@@ -47,6 +47,7 @@ fn of_several_times_the_one_beside_the_channel_is_taken() {
         ("Time (s),CH1 (V),Time (s),CH2 (V)", "CH2 (V)", None),
         ("Time - Horn,Amplitude - Horn,Time - Bead,Amplitude - Bead", "Amplitude - Bead", Some("s")),
         ("t_s,Horn_V,t2_s,Bead_V", "Bead_V", None),
+        ("time[0],Y[0],time[1],Y[1]", "Y[1]", Some("s")),
         ("No.,t_s,Horn_V,t2_s,Bead_V", "Bead_V", None),
     ] {
         let counter = if header.starts_with("No.") { "7," } else { "" };
@@ -191,7 +192,10 @@ fn what_programs_write_around_a_table_is_understood() {
         ("Ctrl-Z", format!("{}\x1a\r\n", plain("time_us,velocity_mm_per_s"))),
         ("blanks", format!("# time_us velocity_mm_per_s\n{}", rows(" "))),
         ("units in brackets", format!("# t [us]  v [mm/s]\n{}", rows(" "))),
+        ("names of several words", format!("Time (us)  Laser 1 (mm/s)\n{}", rows(" "))),
+        ("COMSOL", format!("% Time (us)    Velocity (mm/s)\n{}", rows("   "))),
         ("commas above tabs", format!("# t (us), v (mm/s)\n{}", rows("\t"))),
+        ("blank row below units", comma(table("t;v\nus;mm/s\n;", |i| format!("{i}.0;{:.4}", value(i))))),
         ("dash", table("Time,Trigger,Velocity\nus,-,mm/s", |i| format!("{i},1,{:.4}", value(i)))),
         ("quoted", format!("\"Zeit (us)\",\"v (mm/s)\"\n\"{}", quoted.trim_end_matches('"'))),
         ("words", comma(table("Zeit (us);v (mm/s);Status", |i| format!("{i}.0;{:.4};ok", value(i))))),
@@ -264,6 +268,8 @@ fn text_above_rows_without_names_is_passed_over() {
     let text = format!("Header Size:\t20\nDate:\t21/11/2019\nX-Axis\n{numbered}");
     let options = ReadOptions { time_column: Some("2".into()), column: Some("3".into()), ..of(Some("s"), "m/s") };
     assert_reads("three columns", &read(&text, &options).unwrap(), 1e-6, 1.0);
+    let keys = "catman\nZeit\tLaser\nSR=5 MHz\tSR=5 MHz\ns\tmm/s\nT0=21.11.2019\tT0=21.11.2019\n";
+    assert_reads("keys", &read(&(keys.to_owned() + &pairs), &of(Some("us"), "mm/s")).unwrap(), 1e-6, 1e-3);
     let single = rows(&|i| format!("{:.4}", value(i)));
     let text = format!("Start Address: -50\nSample Rate: 5 MS/s\nInput Range: +/- 1 V\nData:\n{single}");
     assert_reads("one column", &read(&text, &of(None, "m/s")).unwrap(), 1e-6, 1.0);
@@ -315,6 +321,8 @@ fn instruments_of_laboratories_are_recognised() {
     let keysight = format!(
         "File Format, WaveformYValues\nPoints, {ROWS}\nXOrg, -1e-05\nXInc, 2e-07\nX Units, Second\nY Units, Volt\nData,\nfloat\n{single}"
     );
+    let pairs = rows(&|i| format!("{:.9E},{:.4}", 2e-7 * f64::from(i) - 1e-5, value(i)));
+    let both = keysight.replace("YValues", "XYValues").replace(&single, &pairs).replace("float", "float,float");
     let hioki = format!(
         "\"COMMENT\",\"8807 MEM DATA\"\n\"NUM_SIGS\",2\n\"HORZ_UNITS\",\"S\"\n\"VERT_UNITS\",\"S\",\"V\"\n\"SIGNAL\",\"TIME\",\"ACH1\"\n\"DATA\"\n{}",
         rows(&|i| format!("{:+.4E}, {:+.4E}", 2e-7 * f64::from(i) - 1e-5, value(i)))
@@ -324,9 +332,12 @@ fn instruments_of_laboratories_are_recognised() {
         "waveform\t[0]\t[1]\nt0\t{time}\t{time}\ndelta t\t2E-7\t2E-7\n\ntime\tY[0]\tY[1]\n{}",
         rows(&|i| format!("{time}\t0\t{:.4}", value(i)))
     );
-    for (name, text, channel, start) in
-        [("Keysight", keysight, None, -1e-5), ("HIOKI", hioki, None, -1e-5), ("LabVIEW", labview, Some("Y[1]"), 0.0)]
-    {
+    for (name, text, channel, start) in [
+        ("Keysight", keysight, None, -1e-5),
+        ("Keysight", both, None, -1e-5),
+        ("HIOKI", hioki, None, -1e-5),
+        ("LabVIEW", labview, Some("Y[1]"), 0.0),
+    ] {
         let options = ReadOptions { column: channel.map(str::to_owned), ..of_volts() };
         let record = read(&text, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_reads(name, &record, 2e-7, 1.0);
