@@ -67,7 +67,10 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
         numbered.filter(|(line, _)| !line.starts_with('#') && !line.trim().is_empty()).take(SEARCHED_LINES)
     };
     // Decimal commas in one column: nothing parts its cells.
-    let one = options.decimal == Some(DecimalSign::Comma) && lines().all(|(line, _)| !line.contains([';', '\t', '"']));
+    let is_one = |line: &str| {
+        decimal::number(line.trim(), DecimalSign::Comma).is_some() || !line.contains([',', ';', '\t', '"'])
+    };
+    let one = options.decimal == Some(DecimalSign::Comma) && lines().all(|(line, _)| is_one(line));
     let wanted = options.delimiter.or(one.then_some(Delimiter::Semicolon));
     let mut rows = lines().filter_map(|(line, at)| Some((row_delimiter(line, wanted)?, line, at)));
     let Some((delimiter, _, found_at)) = rows.next() else { return without_numbers(path, lines(), options) };

@@ -74,7 +74,7 @@ pub(super) fn with_point(text: &str) -> std::borrow::Cow<'_, str> {
 
 impl Sensitivity {
     /// Reads `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`, or the usual form for hydrophones, volts per
-    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`.
+    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`; also volts per velocity, `8 mV/(mm/s)`, and a decimal comma.
     ///
     /// ```
     /// use granchain_record::Sensitivity;

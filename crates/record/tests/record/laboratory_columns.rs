@@ -111,6 +111,10 @@ fn one_column_of_decimal_commas_is_not_two_of_whole_numbers() {
     assert!(message.contains("for one column of decimal commas pass --read decimal=comma"), "{message}");
     let commas = ReadOptions { decimal: Some(DecimalSign::Comma), ..without };
     assert_reads("one name", &read(&named, &commas).unwrap(), 2e-7, 1.0);
+    // Two names are two columns.
+    let pair = table("time_us,velocity_mm_per_s", |i| format!("{i},{}", i % 7));
+    let commas = ReadOptions { decimal: Some(DecimalSign::Comma), ..ReadOptions::default() };
+    assert!((read(&pair, &commas).unwrap().raw.step - 1e-6).abs() < 1e-15);
     // Two columns whose times have their unit are two.
     let whole = (0..ROWS).fold(String::new(), |text, i| text + &format!("{i},{}\n", i % 7));
     let timed = ReadOptions { time_unit: Some("us".into()), unit: Some("mm/s".into()), ..ReadOptions::default() };
