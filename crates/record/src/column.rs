@@ -4,7 +4,10 @@ use std::path::Path;
 
 use granchain_signal::{Dimension, QuantityError, Unit};
 
-use super::{MeasurementError, Place, ReadOptions, RecordKind, Sensitivity};
+use super::{
+    MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
+    time_column::{self, says_time},
+};
 
 /// A column as its header (and a units row, if there is one) describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,10 +27,16 @@ pub(super) fn parse_unit(text: &str) -> Result<Unit, QuantityError> {
     let text =
         if text.ends_with(']') || (text.ends_with(')') && closes('(', ')')) { &text[..text.len() - 1] } else { text };
     match text.trim().to_lowercase().as_str() {
-        "volt" | "volts" | "v" => Unit::parse("V"),
-        "sec" | "second" | "seconds" => Unit::parse("s"),
-        "microseconds" | "usec" => Unit::parse("us"),
-        "milliseconds" | "msec" => Unit::parse("ms"),
+        "volt" | "volts" | "v" | "vdc" => Unit::parse("V"),
+        "sec" | "secs" | "second" | "seconds" | "sekunden" => Unit::parse("s"),
+        "usec" | "micros" | "microsec" | "microseconds" | "mikrosekunden" => Unit::parse("us"),
+        "msec" | "millis" | "millisec" | "milliseconds" | "millisekunden" => Unit::parse("ms"),
+        "nsec" | "nanosec" | "nanoseconds" => Unit::parse("ns"),
+        "micron" | "microns" => Unit::parse("um"),
+        // Underscores stand for division too: `velocity_mm_s`.
+        "m_s" | "mps" => Unit::parse("m/s"),
+        "mm_s" | "mmps" => Unit::parse("mm/s"),
+        "um_s" | "umps" => Unit::parse("um/s"),
         // In small letters as in `pressure_kpa`; `mpa` may be either of two.
         "pa" => Unit::parse("Pa"),
         "kpa" => Unit::parse("kPa"),
@@ -56,7 +65,7 @@ fn opening(text: &str, open: char, close: char) -> Option<usize> {
 
 /// Whether a name is that of a sample counter.
 pub(super) fn is_counter(name: &str) -> bool {
-    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point"]
+    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point", "scan"]
         .contains(&name.trim().to_lowercase().as_str())
 }
 
@@ -74,22 +83,41 @@ impl Column {
         let header = header.trim();
         let with = |name: &str, unit: &str| {
             // Of an acceleration `g` is no gram.
-            let gravities = unit.trim() == "g" && name.to_lowercase().contains("acc");
+            let gravities = name.to_lowercase().contains("acc");
             let of_gravity = Unit { factor: 9.80665, dimension: Dimension::ACCELERATION };
-            let unit_of = if gravities { Ok(of_gravity) } else { parse_unit(unit) };
+            let unit_of = match unit.trim() {
+                "g" if gravities => Ok(of_gravity),
+                // Some write seconds as `S`; elsewhere it is siemens.
+                "S" | "mS" | "uS" | "µS" | "nS" | "US" if says_time(name) => parse_unit(&unit.to_lowercase()),
+                "M/S" | "MM/S" | "UM/S" => parse_unit(&unit.to_lowercase()),
+                _ => parse_unit(unit),
+            };
             Self {
                 header: header.into(),
-                name: name.trim().trim_end_matches(['_', '-', '/']).into(),
+                name: name.trim().trim_end_matches(['_', '-', '/', ' ']).into(),
                 unit_text: Some(unit.trim().into()),
                 unit: Some(unit_of),
             }
         };
-        for (open, close) in [('[', ']'), ('(', ')')] {
+        // `CH1 (in)` is an input, an inch where the name says so; `Y[1]` is the second of several.
+        let is_unit = |name: &str, unit: &str| {
+            let inch = unit.trim() != "in" || INCHES.iter().any(|word| name.to_lowercase().contains(word));
+            inch && unit.contains(|letter: char| !letter.is_ascii_digit() && letter != ' ')
+        };
+        for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
             if let Some(from) = opening(header, open, close) {
-                let unit = &header[from + 1..header.len() - 1];
-                if !unit.trim().is_empty() {
-                    return with(&header[..from], unit);
+                let (name, unit) = (&header[..from], &header[from + 1..header.len() - 1]);
+                if is_unit(name, unit) && (open == '[' || open == '(' || parse_unit(unit).is_ok()) {
+                    return with(name, unit);
                 }
+            }
+            // `Velocity [mm/s] CH2`.
+            if let Some((before, after)) = header.rsplit_once(close).filter(|(_, after)| after.starts_with(' '))
+                && let Some((name, unit)) = before.rsplit_once(open)
+                && is_unit(name, unit)
+                && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE)
+            {
+                return with(&format!("{}{after}", name.trim_end()), unit);
             }
         }
         if let Some((name, unit)) = header.split_once(" / ") {
@@ -104,10 +132,22 @@ impl Column {
         for (at, separator) in header.match_indices(['_', ' ']) {
             let unit = &header[at + separator.len()..];
             // `in` is a word before a unit or the name of an input; an inch stands in brackets or below a line.
-            let word = unit.strip_prefix("in").is_some_and(|rest| rest.is_empty() || rest.starts_with(['_', ' ']));
+            let word = unit.trim_start_matches(['(', '[']).strip_prefix("in");
+            let word = word.is_some_and(|rest| rest.is_empty() || rest.starts_with(['_', ' ', ')', ']']));
+            // `CH1_min` is the least, not minutes.
+            let least = unit == "min" && !says_time(&header[..at]);
             // A pure number (`ch_1`) is part of the name.
-            if at > 0 && !word && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE) {
+            if at > 0 && !word && !least && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE) {
                 return with(&header[..at], unit);
+            }
+        }
+        // `Vib-mm/s`, `t:s`: elsewhere a letter behind these signs is part of the name.
+        for (at, _) in header.match_indices(['-', '.', ':']).filter(|(at, _)| *at > 0) {
+            let (name, unit) = (&header[..at], &header[at + 1..]);
+            if (unit.contains('/') || says_time(name))
+                && parse_unit(unit).is_ok_and(|it| it.dimension != Dimension::NONE)
+            {
+                return with(name, unit);
             }
         }
         // ISO 80000: `t/ms`; a unit alone (`m/s`) is no name and unit.
@@ -120,7 +160,8 @@ impl Column {
         }
         // The word for a unit alone, perhaps with the number of a channel: `sec`, `Second`, `Volt1`.
         let word = header.trim_end_matches(|letter: char| letter.is_ascii_digit());
-        if ["sec", "second", "ms", "us", "µs", "ns", "volt", "volts"].contains(&word.to_lowercase().as_str()) {
+        if ["sec", "second", "ms", "us", "µs", "ns", "micros", "volt", "volts"].contains(&word.to_lowercase().as_str())
+        {
             return with(header, word);
         }
         Self { header: header.into(), name: header.into(), unit_text: None, unit: None }
@@ -142,12 +183,6 @@ impl Column {
         self.unit = Some(parse_unit(text));
     }
 
-    /// Whether its name alone says that it holds instants.
-    pub(super) fn is_named_time(&self) -> bool {
-        let last = self.name.rsplit('.').next().unwrap_or_default().to_lowercase();
-        self.dimension().is_none() && TIME_NAMES.contains(&last.as_str())
-    }
-
     pub(super) fn dimension(&self) -> Option<Dimension> {
         self.unit.as_ref().and_then(|unit| unit.as_ref().ok()).map(|unit| unit.dimension)
     }
@@ -158,8 +193,8 @@ impl Column {
     }
 }
 
-const TIME_NAMES: [&str; 6] = ["time", "t", "times", "zeit", "seconds", "x_value"];
-const FREQUENCY_NAMES: [&str; 5] = ["frequency", "freq", "f", "frequenz", "band no."];
+/// Parts of names whose unit `in` is an inch.
+const INCHES: [&str; 5] = ["disp", "pos", "length", "distance", "weg"];
 const MOTION_NAMES: [&str; 10] = ["velocity", "vel", "v", "speed", "vib", "displacement", "disp", "u", "x", "position"];
 const PRESSURE_NAMES: [&str; 6] = ["pressure", "p", "hydrophone", "sound pressure", "acoustic pressure", "druck"];
 
@@ -224,6 +259,8 @@ fn example(kind: RecordKind) -> &'static str {
 pub(super) struct Chosen {
     /// `None` if the rows have no time.
     pub time: Option<usize>,
+    /// Whether others may be time too.
+    pub several: bool,
     pub value: usize,
     pub time_factor: f64,
     /// Unit of the recorded quantity.
@@ -244,14 +281,23 @@ pub(super) fn choose(
     timed: bool,
     stated: Option<Sensitivity>,
 ) -> Result<Chosen, MeasurementError> {
-    let time = choose_time(path, line, columns, options, timed);
+    let times = time_column::candidates(path, line, columns, options);
+    let found = times.as_deref().unwrap_or_default();
+    let value = match &options.column {
+        Some(wanted) => find(path, line, columns, wanted, "--channel"),
+        None => choose_value(path, line, columns, found, kind, options, stated),
+    };
+    let value = value.map_err(|error| envelope(path, line, columns, &error).unwrap_or(error));
+    let several = found.len() > 1;
+    let near = match &value {
+        Ok(value) => *value,
+        Err(MeasurementError::Ambiguous { numbers, .. }) => numbers[0] - 1,
+        Err(_) => columns.len(),
+    };
+    let time = times.and_then(|found| time_column::beside(path, line, columns, &found, near, timed));
     if let (Some(unit), Ok(Some(time))) = (&options.time_unit, &time) {
         columns[*time].override_unit(unit);
     }
-    let value = match &options.column {
-        Some(wanted) => find(path, line, columns, wanted, "--channel"),
-        None => choose_value(path, line, columns, time.as_ref().ok().copied().flatten(), kind, options, stated),
-    };
     if let (Some(unit), Ok(value)) = (&options.unit, &value) {
         columns[*value].override_unit(unit);
     }
@@ -330,43 +376,16 @@ pub(super) fn choose(
             return Err(wrong(path, line, column, value_unit, ("a pressure", kind), "--channel"));
         }
     }
-    Ok(Chosen { time, value, time_factor, value_unit, volts })
+    Ok(Chosen { time, several, value, time_factor, value_unit, volts })
 }
 
-fn choose_time(
+pub(super) fn ambiguous(
     path: &Path,
     line: u64,
     columns: &[Column],
-    options: &ReadOptions,
-    timed: bool,
-) -> Result<Option<usize>, MeasurementError> {
-    if let Some(wanted) = &options.time_column {
-        return find(path, line, columns, wanted, "--read time_column=NAME").map(Some);
-    }
-    let by_unit = |column: &Column| column.dimension() == Some(Dimension::TIME);
-    let mut found = positions(columns, |column| by_unit(column) || column.is_named_time());
-    if found.len() > 1 {
-        let named: Vec<_> = found.iter().copied().filter(|&i| columns[i].is_named(&TIME_NAMES)).collect();
-        if named.len() == 1 {
-            found = named;
-        }
-    }
-    let headers = || columns.iter().map(|column| column.header.clone()).collect::<Vec<_>>();
-    let over = |column: &&Column| column.dimension() == Some(Dimension::FREQUENCY) || column.is_named(&FREQUENCY_NAMES);
-    match found[..] {
-        [only] => Ok(Some(only)),
-        // Two columns without names for either: the first is time when its unit is given.
-        [] if columns.len() == 2 && options.time_unit.is_some() && columns[0].unit.is_none() => Ok(Some(0)),
-        [] if timed => Ok(None),
-        [] => Err(match columns.iter().find(over) {
-            Some(column) => MeasurementError::Spectrum { place: Place::cell(path, line, &column.header) },
-            None => MeasurementError::NoTime { place: Place::line(path, line), columns: headers(), likely: None },
-        }),
-        _ => Err(ambiguous(path, line, columns, &found, "--read time_column=NAME")),
-    }
-}
-
-fn ambiguous(path: &Path, line: u64, columns: &[Column], found: &[usize], flag: &'static str) -> MeasurementError {
+    found: &[usize],
+    flag: &'static str,
+) -> MeasurementError {
     MeasurementError::Ambiguous {
         place: Place::line(path, line),
         flag,
@@ -379,14 +398,14 @@ fn choose_value(
     path: &Path,
     line: u64,
     columns: &[Column],
-    time: Option<usize>,
+    times: &[usize],
     kind: RecordKind,
     options: &ReadOptions,
     stated: Option<Sensitivity>,
 ) -> Result<usize, MeasurementError> {
     let others = |accept: &dyn Fn(&Column) -> bool| -> Vec<usize> {
         let named = |column: &Column| !column.header.is_empty() && accept(column);
-        positions(columns, named).into_iter().filter(|&i| Some(i) != time).collect()
+        positions(columns, named).into_iter().filter(|i| !times.contains(i)).collect()
     };
     let fits = |column: &Column| match column.dimension() {
         Some(Dimension::VELOCITY) => kind != RecordKind::Hydrophone,
@@ -403,7 +422,7 @@ fn choose_value(
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
     }
     if found.is_empty() && (options.unit.is_some() || options.scale.is_some()) {
-        found = others(&|column| column.unit.is_none());
+        found = others(&|column| column.unit.is_none() && !is_counter(&column.name));
     }
     if found.is_empty() {
         found = others(&|column| column.unit.as_ref().is_some_and(Result::is_err) && column.is_named(names(kind)));
@@ -412,7 +431,7 @@ fn choose_value(
         found = others(&|column| column.dimension() == Some(Dimension::VOLTAGE));
     }
     let named = columns.iter().filter(|column| !column.header.is_empty()).count();
-    if found.is_empty() && named == 1 + usize::from(time.is_some()) {
+    if found.is_empty() && named == 1 + times.len() {
         found = others(&|_| true);
     }
     match meant(columns, found, kind)[..] {
@@ -427,12 +446,29 @@ fn choose_value(
     }
 }
 
-fn positions(columns: &[Column], accept: impl Fn(&Column) -> bool) -> Vec<usize> {
+/// The refusal of the columns that an envelope's extremes stand in, `CH1_min` and `CH1_max`, instead of samples.
+fn envelope(path: &Path, line: u64, columns: &[Column], error: &MeasurementError) -> Option<MeasurementError> {
+    let MeasurementError::Ambiguous { numbers, flag: "--channel", .. } = error else { return None };
+    let words = |number: usize| -> Vec<String> {
+        let name = columns[number - 1].name.to_lowercase();
+        name.split(|letter: char| !letter.is_alphanumeric()).map(str::to_owned).collect()
+    };
+    let greatest = |word: &String| if word == "min" { "max".to_owned() } else { word.clone() };
+    let pair = |&least: &usize| {
+        let wanted: Vec<String> = words(least).iter().map(greatest).collect();
+        let is_pair = |&&other: &&usize| words(other) == wanted && words(other) != words(least);
+        numbers.iter().find(is_pair).map(|other| [least, *other].map(|number| columns[number - 1].header.clone()))
+    };
+    let [least, greatest] = numbers.iter().find_map(pair)?;
+    Some(MeasurementError::Envelope { place: Place::line(path, line), least, greatest })
+}
+
+pub(super) fn positions(columns: &[Column], accept: impl Fn(&Column) -> bool) -> Vec<usize> {
     columns.iter().enumerate().filter(|(_, column)| accept(column)).map(|(i, _)| i).collect()
 }
 
 /// The column that a flag names: by its whole header, else its name, else its number from 1.
-fn find(
+pub(super) fn find(
     path: &Path,
     line: u64,
     columns: &[Column],

@@ -70,6 +70,10 @@ pub(super) struct Exact {
 }
 
 impl Exact {
+    pub(super) fn new(digits: i128, exponent: i32) -> Self {
+        Self { digits, exponent }
+    }
+
     /// Parses `cell`; `None` if it is not a number or has too many digits.
     pub(super) fn of(cell: &str, decimal: DecimalSign) -> Option<Self> {
         number(cell, decimal)?;

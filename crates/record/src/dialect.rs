@@ -66,9 +66,15 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
         let numbered = text.lines().zip(first..);
         numbered.filter(|(line, _)| !line.starts_with('#') && !line.trim().is_empty()).take(SEARCHED_LINES)
     };
-    let mut rows = lines().filter_map(|(line, at)| Some((row_delimiter(line, options.delimiter)?, line, at)));
+    // Decimal commas in one column: nothing parts its cells.
+    let is_one = |line: &str| {
+        decimal::number(line.trim(), DecimalSign::Comma).is_some() || !line.contains([',', ';', '\t', '"'])
+    };
+    let one = options.decimal == Some(DecimalSign::Comma) && lines().all(|(line, _)| is_one(line));
+    let wanted = options.delimiter.or(one.then_some(Delimiter::Semicolon));
+    let mut rows = lines().filter_map(|(line, at)| Some((row_delimiter(line, wanted)?, line, at)));
     let Some((delimiter, _, found_at)) = rows.next() else { return without_numbers(path, lines(), options) };
-    let delimiter = options.delimiter.unwrap_or(delimiter);
+    let delimiter = wanted.unwrap_or(delimiter);
     if let Some((header, at)) = lines().next().filter(|(_, at)| *at < found_at) {
         let count = |delimiter: Delimiter| header.matches(delimiter.character()).count();
         let other = Delimiter::ALL.into_iter().find(|other| *other != delimiter && count(*other) > 0);
@@ -88,25 +94,37 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
             });
         }
     }
-    let sampled = lines().filter(|(_, at)| *at >= found_at).take(SAMPLED_ROWS);
+    let sampled = || lines().filter(|(_, at)| *at >= found_at).take(SAMPLED_ROWS);
     let decimal = match (options.decimal, delimiter) {
         (Some(decimal), _) => decimal,
-        (None, Delimiter::Comma) => DecimalSign::Point,
-        (None, _) => decimal_of(path, sampled, delimiter)?,
+        (None, Delimiter::Comma) if !sampled().all(|(line, _)| line.contains('"')) => DecimalSign::Point,
+        (None, _) => match decimal_of(path, sampled(), delimiter)? {
+            Some(decimal) => decimal,
+            // Whole numbers so far: a quiet signal in few digits.
+            None => {
+                let is_row = |line: &str| line.contains([',', '.']) && row_delimiter(line, Some(delimiter)).is_some();
+                let later = text.lines().zip(first..).filter(|(line, _)| is_row(line)).take(SAMPLED_ROWS);
+                decimal_of(path, later, delimiter)?.unwrap_or_default()
+            }
+        },
     };
     Ok(Dialect { delimiter, decimal })
 }
 
 fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &str> {
-    line.split(delimiter.character()).map(|cell| cell.trim().trim_matches('"').trim())
+    let mut quoted = false;
+    let parts = line.split(move |letter| {
+        quoted ^= letter == '"';
+        letter == delimiter.character() && !quoted
+    });
+    parts.map(|cell| cell.trim().trim_matches('"').trim())
 }
 
 /// The delimiter under which `line` is a row of numbers.
 pub(super) fn row_delimiter(line: &str, wanted: Option<Delimiter>) -> Option<Delimiter> {
     Delimiter::ALL.into_iter().filter(|delimiter| wanted.is_none_or(|wanted| wanted == *delimiter)).find(|&delimiter| {
         let is_number = |cell: &str| {
-            decimal::number(cell, DecimalSign::Point).is_some()
-                || (delimiter != Delimiter::Comma && decimal::number(cell, DecimalSign::Comma).is_some())
+            decimal::number(cell, DecimalSign::Point).is_some() || decimal::number(cell, DecimalSign::Comma).is_some()
         };
         // What holds no delimiter at all is left to the comma, unless one was named.
         (line.contains(delimiter.character()) || delimiter == Delimiter::Comma || wanted.is_some())
@@ -119,7 +137,7 @@ fn decimal_of<'a>(
     path: &Path,
     rows: impl Iterator<Item = (&'a str, u64)>,
     delimiter: Delimiter,
-) -> Result<DecimalSign, MeasurementError> {
+) -> Result<Option<DecimalSign>, MeasurementError> {
     let mut sign: Option<(DecimalSign, u64)> = None;
     let mut grouped: Option<(u64, String)> = None;
     let mut settled = false;
@@ -153,7 +171,7 @@ fn decimal_of<'a>(
         (Some((sign, _)), Some((at, found))) if !settled => {
             Err(MeasurementError::AmbiguousNumber { place: Place::line(path, at), found, sign })
         }
-        (sign, _) => Ok(sign.map_or(DecimalSign::Point, |(sign, _)| sign)),
+        (sign, _) => Ok(sign.map(|(sign, _)| sign)),
     }
 }
 
@@ -161,11 +179,12 @@ fn decimal_of<'a>(
 /// separate its values.
 fn without_numbers<'a>(
     path: &Path,
-    mut lines: impl Iterator<Item = (&'a str, u64)>,
+    mut lines: impl Iterator<Item = (&'a str, u64)> + Clone,
     options: &ReadOptions,
 ) -> Result<Dialect, MeasurementError> {
     let decimal = options.decimal.unwrap_or_default();
     let Some((header, at)) = lines.next() else { return Ok(Dialect { decimal, ..Dialect::default() }) };
+    let rows = lines.clone().take(SAMPLED_ROWS);
     let count = |delimiter: Delimiter| header.matches(delimiter.character()).count();
     if let Some(delimiter) = options.delimiter {
         if count(delimiter) == 0
@@ -196,7 +215,18 @@ fn without_numbers<'a>(
     }
     let delimiter =
         Delimiter::ALL.into_iter().rev().max_by_key(|delimiter| (count(*delimiter), *delimiter == Delimiter::Comma));
-    Ok(Dialect { delimiter: delimiter.unwrap_or_default(), decimal })
+    let delimiter = delimiter.unwrap_or_default();
+    // Beside a column of words the numbers say their sign as well.
+    let has = |sign: DecimalSign| {
+        let is_decimal = |cell: &str| {
+            cell.contains(sign.character())
+                && decimal::number(cell, sign).is_some()
+                && !decimal::may_be_grouped(cell, sign)
+        };
+        rows.clone().any(|(line, _)| cells(line, delimiter).any(is_decimal))
+    };
+    let commas = options.decimal.is_none() && has(DecimalSign::Comma) && !has(DecimalSign::Point);
+    Ok(Dialect { delimiter, decimal: if commas { DecimalSign::Comma } else { decimal } })
 }
 
 #[cfg(test)]

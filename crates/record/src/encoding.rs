@@ -35,6 +35,8 @@ pub(super) struct Decoded<'a> {
     pub encoding: Encoding,
     /// Line and byte of the first character that is not UTF-8, if Windows-1252 was assumed.
     pub foreign: Option<(u64, u8)>,
+    /// Bytes left out at the end: NUL, Ctrl-Z.
+    pub padding: usize,
 }
 
 const MAGIC: [(&[u8], &str); 11] = [
@@ -57,7 +59,7 @@ pub(super) fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementEr
         return Ok(());
     }
     refuse_magic(path, head)?;
-    if sixteen_bits(head).is_some() { Ok(()) } else { refuse_control(path, head) }
+    if sixteen_bits(head).is_some() { Ok(()) } else { refuse_control(path, unpadded(head)) }
 }
 
 fn binary(path: &Path, found: &str) -> MeasurementError {
@@ -81,7 +83,7 @@ fn refuse_empty(path: &Path, bytes: &[u8]) -> Result<(), MeasurementError> {
 /// character in a name or a comment does no harm; in a unit or a number it is refused later.
 pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Decoded<'a>, MeasurementError> {
     refuse_magic(path, bytes)?;
-    let plain = |text, encoding| Decoded { text, encoding, foreign: None };
+    let plain = |text, encoding| Decoded { text, encoding, foreign: None, padding: 0 };
     if let Some((encoding, name)) = sixteen_bits(bytes) {
         let (text, broken) = encoding.decode_with_bom_removal(bytes);
         if broken {
@@ -94,9 +96,12 @@ pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Decoded<'a>, Me
     let marked = bytes.strip_prefix(b"\xef\xbb\xbf");
     let (bytes, encoding) = marked.map_or((bytes, Encoding::Utf8), |rest| (rest, Encoding::Utf8Marked));
     refuse_empty(path, bytes)?;
+    let whole = bytes.len();
+    let bytes = unpadded(bytes);
+    let padding = whole - bytes.len();
     refuse_control(path, bytes)?;
     let error = match std::str::from_utf8(bytes) {
-        Ok(text) => return Ok(plain(Cow::Borrowed(text), encoding)),
+        Ok(text) => return Ok(Decoded { padding, ..plain(Cow::Borrowed(text), encoding) }),
         Err(error) => error,
     };
     let at = error.valid_up_to();
@@ -106,7 +111,17 @@ pub(super) fn decode<'a>(path: &Path, bytes: &'a [u8]) -> Result<Decoded<'a>, Me
         return Err(MeasurementError::NotUtf8 { place: Place::line(path, line_of(bytes, at)), byte: bytes[at] });
     }
     let (text, _) = WINDOWS_1252.decode_without_bom_handling(bytes);
-    Ok(Decoded { text, encoding: Encoding::Windows1252, foreign: Some((line, bytes[at])) })
+    Ok(Decoded { text, encoding: Encoding::Windows1252, foreign: Some((line, bytes[at])), padding })
+}
+
+/// Text without the NULs of a padded copy and the end mark of DOS.
+fn unpadded(bytes: &[u8]) -> &[u8] {
+    let is_padding = |byte: &u8| matches!(byte, 0 | 0x1a);
+    let bare = bytes.trim_ascii_end();
+    if !bare.last().is_some_and(is_padding) {
+        return bytes;
+    }
+    &bare[..bare.iter().rposition(|byte| !is_padding(byte)).map_or(0, |last| last + 1)]
 }
 
 fn line_of(bytes: &[u8], at: usize) -> u64 {

@@ -8,6 +8,7 @@ use granchain_signal::{Dimension, Quantity, QuantityError};
 
 use super::{
     DecimalSign, Place, RecordKind, UniversalError,
+    decimal::may_be_grouped,
     remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, times, wanted},
 };
 use granchain_signal::number::time;
@@ -129,6 +130,22 @@ pub enum MeasurementError {
         /// Flags that say what a header would.
         flags: String,
     },
+    #[error(
+        "{place}: expected a header or a decimal point, found `{found}` and one comma in every row: pass {one} for one column of decimal \
+         commas, or {two} for two columns of whole numbers"
+    )]
+    OneComma {
+        place: Place,
+        found: String,
+        /// Flags for one column.
+        one: String,
+        /// Flags for two columns.
+        two: String,
+    },
+    #[error(
+        "{place}: expected a line for every instant, found one of {found} cells for every channel; transpose the table"
+    )]
+    Transposed { place: Place, found: usize },
     #[error("{place}: expected rows of numbers below the header, found none; export the record again")]
     NoRows { place: Place },
     #[error("{}: expected at least {needed} samples, found {found}; export the whole record", path.display())]
@@ -183,6 +200,11 @@ pub enum MeasurementError {
         "{place}: expected one sample at every instant, found two: the extremes that an oscilloscope writes in the mode Peak Detect, which are no samples; record again in the mode Sample"
     )]
     PeakDetect { place: Place },
+    #[error(
+        "{place}: expected one sample at every instant, found an envelope: `{least}` and `{greatest}` are the extremes of each stretch, which \
+         are no samples; record again without envelope or peak detect"
+    )]
+    Envelope { place: Place, least: String, greatest: String },
     #[error("{place}: expected a unit, found none; write it in the header as in `{example}`, or pass {flag}")]
     NoUnit { place: Place, example: &'static str, flag: &'static str },
     #[error("{place}: {source}; correct the header, or pass {flag}")]
@@ -209,6 +231,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected {expected} cells as in the header, found {found}{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if *commas && *expected == 1 { "; for one column of decimal commas pass --read decimal=comma, and --sample-rate RATE" }
         else if *commas { "; decimal commas cannot be distinguished from commas between values: export with semicolons, or with decimal points" }
         else { "; complete the row or delete it" }
     )]
@@ -224,6 +247,7 @@ pub enum MeasurementError {
     #[error(
         "{place}: expected a number, found `{found}`{}",
         if *cut { "; the file ends in the middle of this line, so the transfer was cut short: copy it again, or delete the line" }
+        else if may_be_grouped(found, DecimalSign::Comma) { "; write numbers without thousands separators" }
         else if found.contains(',') { "; write decimal points, not commas, or pass --read decimal=comma" }
         else { "; correct the cell or delete the row" }
     )]

@@ -1,6 +1,8 @@
 //! Values stated in comment lines such as `# bandwidth: 1.5 MHz`.
 
-use super::Sensitivity;
+use std::borrow::Cow;
+
+use super::{Sensitivity, scale::with_point};
 use granchain_signal::{Dimension, Quantity};
 
 /// Values that the comments of a file state.
@@ -30,8 +32,34 @@ const SENSITIVITIES: [&str; 5] =
 const AVERAGES: [&str; 4] = ["averages", "average", "number_of_averages", "average_count"];
 
 /// The quantity without a remark that follows it: `1.5 MHz (invented)`, `1.5 MHz, −6 dB`.
-fn plain(text: &str) -> &str {
-    text.split([',', ';']).next().unwrap_or_default().split(" (").next().unwrap_or_default().trim()
+fn plain(text: &str) -> Cow<'_, str> {
+    let text = with_point(text.trim());
+    let end = text.find([',', ';']).unwrap_or(text.len());
+    let end = text[..end].find(" (").unwrap_or(end);
+    match text {
+        Cow::Borrowed(text) => Cow::Borrowed(text[..end].trim()),
+        Cow::Owned(text) => Cow::Owned(text[..end].trim().to_owned()),
+    }
+}
+
+/// Sample interval (s) that lines state as a rate or an interval: `Sample rate: 5 MHz`, `Time interval : ,0.2uS`.
+pub(super) fn sample_interval(lines: &[String]) -> Option<f64> {
+    lines.iter().find_map(|line| {
+        let (key, value) = line.split_once([':', '='])?;
+        let key = key.trim().to_lowercase().replace(['_', '-'], " ");
+        let value = value.trim_matches([' ', ',', ';', '\t', ':']);
+        let step = match key.as_str() {
+            "sample rate" | "sampling rate" | "sampling frequency" | "fs" => {
+                let rate = value.replace("Sa/s", "Hz").replace("S/s", "Hz");
+                1.0 / Quantity::parse_as(&plain(&rate), Dimension::FREQUENCY).ok()?
+            }
+            "time interval" | "sample interval" | "sampling interval" => {
+                Quantity::parse_as(&plain(value).replace('S', "s"), Dimension::TIME).ok()?
+            }
+            _ => return None,
+        };
+        (step > 0.0 && step.is_finite()).then_some(step)
+    })
 }
 
 /// Averaging stated by the instrument: `Average Count,16`, or `Type:,average` with `Count:,16`; `Some(None)` if the
@@ -62,7 +90,7 @@ pub(super) fn stated(comments: &[String]) -> Stated {
         let Some((key, value)) = comment.split_once(':').or_else(|| comment.split_once('=')) else { continue };
         let key: String = key.trim().to_lowercase().replace([' ', '-'], "_");
         if SENSITIVITIES.contains(&key.as_str()) {
-            match Sensitivity::parse(plain(value)) {
+            match Sensitivity::parse(&plain(value)) {
                 Ok(sensitivity) => stated.sensitivity = Some(sensitivity),
                 Err(_) => stated.puzzling.push(comment.clone()),
             }
@@ -101,7 +129,7 @@ pub(super) fn stated(comments: &[String]) -> Stated {
                 // Another word that begins alike.
                 _ => continue,
             };
-            match Quantity::parse_as(plain(&text), dimension) {
+            match Quantity::parse_as(&plain(&text), dimension) {
                 Ok(value) => *target = Some(value),
                 Err(_) => stated.puzzling.push(comment.clone()),
             }

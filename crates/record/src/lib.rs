@@ -12,6 +12,7 @@
 mod baseline;
 mod binary;
 mod choice;
+mod clock;
 mod column;
 mod continuation;
 mod decimal;
@@ -45,6 +46,7 @@ mod sensor;
 mod separated;
 mod shell;
 mod table;
+mod time_column;
 mod toml_error;
 mod universal;
 

@@ -2,13 +2,17 @@
 
 use std::path::Path;
 
+use granchain_signal::{Dimension, Unit};
+
 use super::{
-    MeasurementError, Place, ReadOptions,
-    column::Column,
+    Delimiter, MeasurementError, Place, ReadOptions, clock,
+    column::{Column, parse_unit},
     decimal::number,
     dialect::Dialect,
     preamble::Preamble,
-    table::{Rows, is_missing, text_of},
+    separated,
+    table::{Rows, is_missing, text, text_of},
+    time_column::says_time,
 };
 
 /// The columns and the position of their header.
@@ -32,13 +36,27 @@ const LOOKED_AT: usize = 2000;
 fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<Vec<String>> {
     let end = rows.reader.position().byte() as usize;
     let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
-    let comment = before.lines().next_back()?.strip_prefix('#')?;
-    let names: Vec<String> = comment.split(dialect.delimiter.character()).map(|cell| cell.trim().to_owned()).collect();
+    let parted = |text: &str, by: char| text.split(by).map(|cell| cell.trim().to_owned()).collect::<Vec<String>>();
+    // Programs write names with blanks or commas above rows parted otherwise.
+    let cells = |line: &str| {
+        let comment = line.strip_prefix('#')?;
+        let names = [dialect.delimiter.character(), ',', ';', '\t'].map(|by| parted(comment, by));
+        let names = names.into_iter().find(|names| names.len() == first.len());
+        names.or_else(|| Some(parted(&separated::names(comment, first.len())?, '\t')))
+    };
+    let mut above = before.lines().rev().map_while(cells);
+    let mut names = above.next()?;
+    // Units stand below the names of gnuplot.
+    if names.iter().all(|name| parse_unit(name).is_ok())
+        && let Some(titles) = above.next()
+    {
+        names = titles.iter().zip(&names).map(|(title, unit)| format!("{title} ({unit})")).collect();
+    }
     let is_time = |name: &String| {
         let column = Column::from_header(name);
-        column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == granchain_signal::Dimension::TIME))
+        column.unit.is_some_and(|unit| unit.is_ok_and(|unit| unit.dimension == Dimension::TIME))
     };
-    (names.len() == first.len() && names.iter().any(is_time)).then_some(names)
+    names.iter().any(is_time).then_some(names)
 }
 
 /// Whether any of the rows is one of numbers; else the text is no table.
@@ -46,18 +64,29 @@ pub(super) fn has_numbers(rows: &Rows<'_>, dialect: Dialect) -> bool {
     let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
     (0..LOOKED_AT).any(|_| {
         let cells = if below.advance() { below.cells() } else { Vec::new() };
-        let is_number = |cell: &String| number(cell, dialect.decimal).is_some();
+        let is_number = |cell: &String| number(cell, dialect.decimal).is_some() || clock::instant(cell).is_some();
         cells.iter().any(is_number) && cells.iter().all(|cell| is_number(cell) || is_missing(cell))
     })
 }
 
-/// Whether the first column rises from row to row, as instants do.
-pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
+/// The numbers of a column in the first rows.
+fn first_of(rows: &Rows<'_>, dialect: Dialect, column: usize) -> Vec<f64> {
     let mut below = Rows::new(rows.bytes, rows.line, dialect.delimiter);
-    let mut instants = Vec::new();
-    while instants.len() < LOOKED_AT && below.advance() {
-        instants.extend(number(text_of(&below, 0), dialect.decimal));
+    let mut found = Vec::new();
+    while found.len() < LOOKED_AT && below.advance() {
+        found.extend(number(text_of(&below, column), dialect.decimal));
     }
+    found
+}
+
+/// Whether the first column counts every row.
+pub(super) fn counts(rows: &Rows<'_>, dialect: Dialect) -> bool {
+    first_of(rows, dialect, 0).windows(2).all(|pair| pair[1] - pair[0] == 1.0)
+}
+
+/// Whether a column rises from row to row, as instants do.
+pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect, column: usize) -> bool {
+    let instants = first_of(rows, dialect, column);
     // Of rounded instants two may be the same.
     let later = instants.windows(2).filter(|pair| pair[1] > pair[0]).count();
     later > 0 && 2 * later >= instants.len() && instants.is_sorted()
@@ -66,7 +95,7 @@ pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect) -> bool {
 /// The flags that stand for a header and are missing: instants, column, unit.
 fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> Vec<String> {
     let width = rows.record.len();
-    let rises = width > 1 && rises(rows, dialect);
+    let rises = width > 1 && rises(rows, dialect, 0);
     let mut flags = Vec::new();
     match (rises || options.time_column.is_some(), options.sample_rate) {
         (_, Some(_)) => {}
@@ -90,6 +119,38 @@ fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> V
     flags
 }
 
+/// Refuses rows with one comma each and no point, which may be two whole numbers or one with a decimal comma.
+fn refuse_commas(
+    path: &Path,
+    rows: &Rows<'_>,
+    dialect: Dialect,
+    options: &ReadOptions,
+) -> Result<(), MeasurementError> {
+    let text = std::str::from_utf8(rows.bytes).unwrap_or_default();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
+    let of_two = options.time_column.is_some() || options.time_unit.is_some() || options.delimiter.is_some();
+    let of_two = of_two || rises(rows, dialect, 0);
+    let one_comma = |line: &str| line.matches(',').count() == 1 && !line.contains(['.', '"']);
+    if of_two || dialect.delimiter != Delimiter::Comma || !lines.all(one_comma) {
+        return Ok(());
+    }
+    let mut one = vec!["--read decimal=comma".to_owned()];
+    if options.sample_rate.is_none() {
+        one.push("--sample-rate RATE".into());
+    }
+    if options.unit.is_none() && options.scale.is_none() {
+        one.push("--unit UNIT".into());
+    }
+    let mut two = without_header(rows, dialect, options);
+    two.insert(0, "--read delimiter=comma".into());
+    Err(MeasurementError::OneComma {
+        place: Place::line(path, rows.line),
+        found: rows.cells().join(","),
+        one: one.join(" "),
+        two: two.join(" "),
+    })
+}
+
 impl Header {
     /// From the first row; afterwards `rows` stands at the first row of numbers.
     pub fn read(
@@ -110,6 +171,7 @@ impl Header {
                 header.commented = true;
                 return Ok(header);
             }
+            refuse_commas(path, rows, dialect, options)?;
             let flags = without_header(rows, dialect, options);
             if !flags.is_empty() {
                 let found = first.join(&dialect.delimiter.character().to_string());
@@ -137,6 +199,9 @@ impl Header {
             header.next(path, rows)?;
             header.take_units(path, rows)?;
             header.drop_bare(rows);
+            if preamble.is_none_or(|preamble| preamble.grid.is_none()) {
+                header.mark_clocks(rows, dialect, options);
+            }
         }
         if let Some((time, other)) = preamble.and_then(|preamble| preamble.units.as_ref()) {
             for column in header.columns.iter_mut().filter(|column| !column.header.is_empty()) {
@@ -150,6 +215,29 @@ impl Header {
     fn next(&self, path: &Path, rows: &mut Rows<'_>) -> Result<(), MeasurementError> {
         let line = rows.line;
         if rows.advance() { Ok(()) } else { Err(MeasurementError::NoRows { place: Place::line(path, line) }) }
+    }
+
+    /// Marks a column of times of day where no other has instants; with a stated rate instants in other words are none.
+    fn mark_clocks(&mut self, rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) {
+        let is_time = |(column, cell): (&Column, &[u8])| {
+            let says = column.dimension() == Some(Dimension::TIME) || says_time(&column.name);
+            says && number(text(cell), dialect.decimal).is_some()
+        };
+        let timed = self.columns.iter().zip(&rows.record).any(is_time);
+        let cells = rows.record.iter().map(text);
+        for (column, cell) in self.columns.iter_mut().zip(cells).filter(|(column, _)| column.unit.is_none()) {
+            if clock::instant(cell).is_some() && !timed {
+                column.unit_text = Some(clock::UNIT.into());
+                column.unit = Some(Unit::parse("s"));
+            } else if options.sample_rate.is_some()
+                && says_time(&column.name)
+                && !is_missing(cell)
+                && number(cell, dialect.decimal).is_none()
+            {
+                column.unit_text = Some("words".into());
+                column.unit = Some(Unit::parse("1"));
+            }
+        }
     }
 
     /// Drops the names at the end that no cell of the first row stands below.
@@ -179,6 +267,11 @@ impl Header {
         }
         let wordy =
             |cell: &String| !is_missing(cell) && !cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        // A channel without a unit has a dash.
+        let is_unit = |cell: &String| parse_unit(cell).is_ok_and(|unit| unit.dimension != Dimension::NONE);
+        if cells.iter().any(is_unit) {
+            cells.iter_mut().filter(|cell| *cell == "-").for_each(String::clear);
+        }
         let without = self.columns.iter().filter(|column| column.unit.is_none()).count();
         let given = self.columns.iter().zip(&cells).filter(|(column, cell)| column.unit.is_none() && !cell.is_empty());
         if cells.len() == self.columns.len()

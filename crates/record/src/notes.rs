@@ -5,7 +5,7 @@ use std::path::Path;
 use granchain_signal::{Dimension, Quantity, Series, wander};
 
 use super::{
-    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity,
+    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity, clock,
     dialect::Dialect,
     encoding::Encoding,
     mask,
@@ -97,6 +97,16 @@ impl Notes {
                 self.assumptions.extend(form.assumptions.iter().cloned());
                 self.warnings.extend(form.warnings.iter().cloned());
             }
+        }
+        if let (Some(time), true, None) = (table.chosen.time, table.chosen.several, &options.time_column) {
+            let [time, value] = [time, table.chosen.value].map(|at| &table.columns[at].header);
+            self.assume(format!(
+                "of several columns of time `{time}` is taken, the one beside `{value}` (--read time_column)"
+            ));
+        }
+        let clock = |at: &usize| table.columns[*at].unit_text.as_deref() == Some(clock::UNIT);
+        if let Some(time) = table.chosen.time.filter(clock) {
+            self.assume(format!("`{}` is a time of day: the first instant is taken as 0", table.columns[time].header));
         }
         if let Some((volts, scale)) = table.chosen.volts {
             let name = &table.columns[table.chosen.value].header;

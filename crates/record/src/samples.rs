@@ -5,7 +5,7 @@ use std::path::Path;
 use granchain_signal::Quantity;
 
 use super::{
-    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions,
+    DecimalSign, Delimiter, MeasurementError, Missing, Place, ReadOptions, clock,
     column::parse_unit,
     decimal::{Exact, number},
     dialect::Dialect,
@@ -117,6 +117,13 @@ impl Table {
 
     /// Instant of a row, s; a large first instant is subtracted from all before conversion to doubles.
     fn instant(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
+        if self.columns[column].unit_text.as_deref() == Some(clock::UNIT)
+            && let Some(exact) = clock::instant(text_of(rows, column))
+        {
+            // Since the first: nobody's axis begins at midnight.
+            let (first, _) = *self.origin.get_or_insert((exact, 0.0));
+            return Ok(exact.minus(first).unwrap_or(f64::NAN));
+        }
         let value = self.number(taking, rows, column)?;
         let factor = self.chosen.time_factor;
         if self.origin.is_none() && !(value.abs() >= LARGE && self.times.is_empty()) {
@@ -208,7 +215,7 @@ impl Table {
         }
         let twice = self.times.chunks_exact(2).filter(|pair| pair[0] == pair[1]).count();
         match standing {
-            Some((line, _)) if 20 * twice > 9 * self.times.len() => {
+            Some((line, _)) if 20 * twice > 9 * self.times.len() && self.times.last() > Some(&start) => {
                 Err(MeasurementError::PeakDetect { place: self.cell(path, line, column) })
             }
             Some((line, time)) => {

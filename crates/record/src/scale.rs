@@ -1,5 +1,6 @@
 //! Sensitivity of a vibrometer or hydrophone: volts → velocity, displacement or pressure.
 
+use super::{DecimalSign, decimal::may_be_grouped};
 use granchain_signal::{Dimension, Quantity, Unit};
 
 /// Smallest and largest sensitivity of a hydrophone with its amplifier, V/Pa: needles of 40 µm have about 10 nV/Pa,
@@ -63,9 +64,17 @@ fn in_decibels(text: &str) -> Option<Result<Quantity, granchain_signal::Quantity
     Some(reference.map(|unit| Quantity::new(10f64.powf(level / 20.0) * unit.value, unit.dimension)))
 }
 
+/// A decimal comma as a point; what may part thousands stays.
+pub(super) fn with_point(text: &str) -> std::borrow::Cow<'_, str> {
+    let end = text.find(|letter: char| !(letter.is_ascii_digit() || letter == ',')).unwrap_or(text.len());
+    let number = &text[..end];
+    let is_decimal = number.matches(',').count() == 1 && !may_be_grouped(number, DecimalSign::Comma);
+    if is_decimal { text.replacen(',', ".", 1).into() } else { text.into() }
+}
+
 impl Sensitivity {
     /// Reads `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`, or the usual form for hydrophones, volts per
-    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`.
+    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`; also volts per velocity, `8 mV/(mm/s)`, and a decimal comma.
     ///
     /// ```
     /// use granchain_record::Sensitivity;
@@ -82,18 +91,22 @@ impl Sensitivity {
     /// # Errors
     /// [`SensitivityError`] for anything but a positive velocity, length or pressure a volt, and for what no hydrophone has.
     pub fn parse(text: &str) -> Result<Self, SensitivityError> {
-        let quantity = match in_decibels(text) {
+        let plain = with_point(text);
+        let quantity = match in_decibels(&plain) {
             Some(quantity) => quantity?,
-            None => Quantity::parse(text)?,
+            None => Quantity::parse(&plain)?,
         };
         let volt = Dimension::VOLTAGE.volt;
         let measured = Dimension { volt: quantity.dimension.volt.saturating_add(volt), ..quantity.dimension };
         let pressure = Dimension::PRESSURE;
         let volts_for_pressure =
             Dimension { metre: -pressure.metre, kilogram: -pressure.kilogram, second: -pressure.second, volt };
+        // Velocity sensors are given in volts for a velocity: `8 mV/(mm/s)`.
+        let volts_for_velocity = Dimension { metre: -4, second: 4, ..Dimension::VOLTAGE };
         let (per_volt, dimension) = match measured {
             Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE => (quantity.value, measured),
             _ if quantity.dimension == volts_for_pressure => (1.0 / quantity.value, pressure),
+            _ if quantity.dimension == volts_for_velocity => (1.0 / quantity.value, Dimension::VELOCITY),
             _ => return Err(SensitivityError::Dimension { found: text.into() }),
         };
         if !(quantity.value > 0.0 && quantity.value.is_finite() && per_volt.is_finite()) {
@@ -144,6 +157,9 @@ mod tests {
             ("0.125 m/s/V", 0.125, Dimension::VELOCITY),
             ("2 um/V", 2e-6, Dimension::LENGTH),
             ("5 nm/mV", 5e-6, Dimension::LENGTH),
+            ("0,125 m/s/V", 0.125, Dimension::VELOCITY),
+            ("8 mV/(mm/s)", 0.125, Dimension::VELOCITY),
+            ("8 V s/m", 0.125, Dimension::VELOCITY),
             ("20 kPa/V", 2e4, Dimension::PRESSURE),
             ("0.2 bar/V", 2e4, Dimension::PRESSURE),
             ("50 uV/Pa", 2e4, Dimension::PRESSURE),
@@ -178,7 +194,7 @@ mod tests {
 
     #[test]
     fn anything_else_is_refused() {
-        for text in ["100 mm/s", "100", "3 V", "10 V/mm", "1 m/s^2/V", "x"] {
+        for text in ["100 mm/s", "100", "3 V", "10 V/mm", "1 m/s^2/V", "1,250 mm/s/V", "x"] {
             assert!(Sensitivity::parse(text).is_err(), "{text}");
         }
         for text in ["0 mm/s/V", "-100 mm/s/V"] {

@@ -12,6 +12,16 @@ pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
     if !text.contains('\n') && text.contains('\r') { Cow::Owned(text.replace('\r', "\n")) } else { text }
 }
 
+/// Blanks the line `sep=;` that Excel writes above a table; what parts the cells is known from the rows.
+pub(super) fn without_excel_line(text: Cow<'_, str>) -> Cow<'_, str> {
+    let line = text.lines().next().unwrap_or_default();
+    let bare = line.trim().trim_matches('"').to_lowercase();
+    if bare.strip_prefix("sep=").is_none_or(|sign| sign.chars().count() > 1) {
+        return text;
+    }
+    Cow::Owned(format!("#{}", &text[line.len()..]))
+}
+
 /// Replaces the minus sign of typography before a number by a hyphen.
 pub(super) fn with_hyphens(text: Cow<'_, str>) -> Cow<'_, str> {
     const MINUS: char = '\u{2212}';
@@ -68,8 +78,14 @@ pub(super) fn by_tabs<'a>(text: &'a str, options: &ReadOptions) -> Cow<'a, str> 
     Cow::Owned(parted)
 }
 
-/// The words of a line joined by tabs, a unit in brackets kept with its name, if that gives `width` cells.
-fn names(line: &str, width: usize) -> Option<String> {
+/// The names in a line joined by tabs, a unit in brackets kept with its name, if there are `width`: parted by two blanks or
+/// more, else by any.
+pub(super) fn names(line: &str, width: usize) -> Option<String> {
+    let line = line.trim_start_matches('%');
+    let parted: Vec<&str> = line.split("  ").map(str::trim).filter(|name| !name.is_empty()).collect();
+    if parted.len() == width {
+        return Some(parted.join("\t"));
+    }
     let mut cells: Vec<String> = Vec::with_capacity(width);
     for word in line.split_whitespace() {
         match cells.last_mut() {

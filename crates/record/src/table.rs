@@ -9,13 +9,13 @@ use std::{borrow::Cow, path::Path};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
-    Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary,
-    column::{Chosen, Column, choose},
+    Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary, clock,
+    column::{Chosen, Column, choose, is_counter},
     decimal::{self, Exact, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
     header,
-    names::{Header, has_numbers, rises},
+    names::{Header, counts, has_numbers, rises},
     place::SampleLines,
     preamble::{self, Preamble},
     remedy::listed,
@@ -177,7 +177,7 @@ pub(super) fn is_missing(cell: &str) -> bool {
 
 /// The columns of a table of text according to its first bytes; `bytes` end with a line.
 pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
-    let text = separated::with_hyphens(separated::with_line_ends(encoding::decode(path, bytes)?.text));
+    let text = plain(encoding::decode(path, bytes)?.text);
     let preamble = preamble::recognise(path, &text, options.dataset)?;
     let from = preamble.as_ref().map_or(0, |preamble| preamble.body);
     let body = separated::by_tabs(text.get(from..).unwrap_or_default(), options);
@@ -185,6 +185,10 @@ pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Resul
     let mut rows = Rows::new(body.as_bytes(), 1, dialect.delimiter);
     rows.advance();
     Ok(Header::read(path, &mut rows, preamble.as_ref(), dialect, options)?.columns)
+}
+
+fn plain(text: Cow<'_, str>) -> Cow<'_, str> {
+    separated::without_excel_line(separated::with_hyphens(separated::with_line_ends(text)))
 }
 
 /// Read the columns that `options` and the header choose.
@@ -202,8 +206,8 @@ pub(super) fn read(
     if universal::is_universal(&lines) {
         return universal::read(path, &lines, kind, options);
     }
-    let Decoded { text, encoding, foreign } = encoding::decode(path, bytes)?;
-    let text = separated::with_hyphens(separated::with_line_ends(text));
+    let Decoded { text, encoding, foreign, padding } = encoding::decode(path, bytes)?;
+    let text = plain(text);
     let preamble = preamble::recognise(path, &text, options.dataset)?;
     let (from, first_line) = preamble.as_ref().map_or((0, 1), |it| (it.body, it.body_line.max(1)));
     let until = preamble.as_ref().and_then(|it| it.end).unwrap_or(text.len());
@@ -220,6 +224,7 @@ pub(super) fn read(
 
     let blocks = separated::blocks(body, dialect, first_line);
     let whole = body.as_bytes();
+    refuse_rows(path, body, first_line, dialect)?;
     refuse_width(path, whole, first_line, dialect.delimiter)?;
     let several = blocks.len() > 1;
     let bytes = match (&blocks[..], options.dataset) {
@@ -236,17 +241,28 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
+    let lines =
+        || comments.iter().chain(preamble.iter().flat_map(|it| &it.statements)).cloned().collect::<Vec<String>>();
+    let counted =
+        columns.len() == 1 || columns.first().is_some_and(|it| is_counter(&it.name)) && counts(&rows, dialect);
+    let said = if grid.is_none() && counted { header::sample_interval(&lines()) } else { None };
+    let grid = grid.or(said.map(|step| (0.0, step)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
     let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
-    let mut chosen = chosen.map_err(|error| match columns.first() {
-        _ if !has_numbers(&rows, dialect) => MeasurementError::NoRows { place: Place::line(path, header_at) },
-        Some(first)
-            if columns.len() > 1 && first.unit.is_none() && !first.header.is_empty() && rises(&rows, dialect) =>
-        {
-            error.with_likely_time(&first.header)
+    let mut chosen = chosen.map_err(|error| {
+        if !has_numbers(&rows, dialect) {
+            return MeasurementError::NoRows { place: Place::line(path, header_at) };
         }
-        _ => error,
+        // A first column that rises; of pairs the one beside the value, where it rises too.
+        let is_open = |at: usize| columns[at].unit.is_none() && !is_counter(&columns[at].name);
+        let value = options.column.as_ref().and_then(|wanted| columns.iter().position(|it| it.header == *wanted));
+        let beside = value.and_then(|at| at.checked_sub(1)).filter(|at| at % 2 == 0);
+        let mut likely = beside.into_iter().chain([0]);
+        match likely.find(|&at| columns.len() > 1 && is_open(at) && rises(&rows, dialect, at)) {
+            Some(at) => error.with_likely_time(&columns[at].header),
+            None => error,
+        }
     })?;
     let own = clocks.get(chosen.value).copied().flatten();
     if own.is_some() {
@@ -338,6 +354,17 @@ pub(super) fn read(
         warnings: Vec::new(),
         open_end: open_end(whole),
     };
+    if padding > 0 {
+        let text = format!(
+            "{padding} bytes of padding (NUL or Ctrl-Z) at the end are passed over: was the transfer complete?"
+        );
+        table.warnings.push(text);
+    }
+    if let (Some(step), None) = (said, table.chosen.time) {
+        table
+            .assumptions
+            .push(format!("one sample every {}, as the lines above the rows state; the first at 0", time(step)));
+    }
     if let Some((start, step)) = own {
         let name = &table.columns[table.chosen.value].header;
         let text = format!(
@@ -351,6 +378,7 @@ pub(super) fn read(
         table.assumptions.push(format!("{} at the end of the header: without cells, passed over", listed(&bare)));
     }
     rows.blanks_count = table.chosen.time.is_none();
+    let sparse = table.is_sparse(&rows, dialect);
     let taking = Taking { path, dialect, trailing, missing: options.missing, remarks };
     let (mut gap, mut pending, mut row) = (Gap::default(), true, 0);
     while pending && row < passed_over.saturating_add(longest) {
@@ -362,7 +390,7 @@ pub(super) fn read(
                 .push(format!("the rows end above line {line} (`{found}`): what stands from there on is passed over"));
             break;
         }
-        if row >= passed_over {
+        if row >= passed_over && !(sparse && text_of(&rows, table.chosen.value).is_empty()) {
             table.take(&taking, &rows, &mut gap).map_err(|error| match error {
                 MeasurementError::TimeNotIncreasing { .. } if several => MeasurementError::Segments {
                     place: Place::line(path, blocks[1].line),
@@ -397,7 +425,7 @@ pub(super) fn read(
         let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
         let mut digits = decimal::LastDigits::default();
         while rows.advance() {
-            digits.add(text_of(&rows, column), dialect.decimal);
+            digits.add(clock::seconds(text_of(&rows, column)), dialect.decimal);
         }
         digits.units()
     })?;
@@ -405,6 +433,34 @@ pub(super) fn read(
 }
 
 impl Table {
+    /// Whether a channel has a cell in every second, third … row, as one recorded beside a faster one.
+    fn is_sparse(&mut self, rows: &Rows<'_>, dialect: Dialect) -> bool {
+        const STRIDE: usize = 64;
+        let from = usize::try_from(rows.reader.position().byte()).unwrap_or(usize::MAX).min(rows.bytes.len());
+        let mut below = Rows::new(&rows.bytes[from..], rows.line, dialect.delimiter);
+        let mut filled = vec![!text_of(rows, self.chosen.value).is_empty()];
+        let mut is_open = |most: usize, filled: &mut Vec<bool>| {
+            while filled.len() < most && below.advance() {
+                filled.push(!text_of(&below, self.chosen.value).is_empty());
+            }
+        };
+        is_open(STRIDE, &mut filled);
+        if self.chosen.time.is_none() || filled.iter().all(|it| *it) {
+            return false;
+        }
+        is_open(usize::MAX, &mut filled);
+        let at: Vec<usize> = filled.iter().enumerate().filter(|(_, it)| **it).map(|(at, _)| at).collect();
+        let steps = at.windows(2).map(|pair| pair[1] - pair[0]);
+        let stride = steps.clone().next().unwrap_or(1);
+        let sparse = at.len() >= sampling::FEWEST && stride > 1 && steps.clone().all(|step| step == stride);
+        if sparse {
+            let name = &self.columns[self.chosen.value].header;
+            self.assumptions
+                .push(format!("`{name}` has a cell in one of {stride} rows: the others are no samples of it"));
+        }
+        sparse
+    }
+
     /// Whether the record ends at a row of words, before text or another table with its own header. If rows below
     /// continue in time, the row is a wrong cell of the same table; a repeated header starts another record.
     fn is_over(&self, rows: &Rows<'_>, dialect: Dialect) -> bool {
@@ -446,6 +502,22 @@ pub(super) fn shortened(text: &str, longest: usize) -> String {
     }
 }
 
+/// Refuses a line of numbers for each channel.
+fn refuse_rows(path: &Path, body: &str, first: u64, dialect: Dialect) -> Result<(), MeasurementError> {
+    const WIDEST: usize = 32;
+    let says = |(line, _): &(&str, u64)| !line.starts_with('#') && !line.trim().is_empty();
+    let mut lines = body.lines().zip(first..).filter(says);
+    let Some((line, at)) = lines.next() else { return Ok(()) };
+    let mut cells = line.split(dialect.delimiter.character());
+    let width = cells.clone().count();
+    let others = cells.by_ref().skip(1).filter(|cell| !is_missing(cell.trim()));
+    let is_row = width > WIDEST && others.into_iter().all(|cell| number(cell.trim(), dialect.decimal).is_some());
+    if is_row && 4 * (1 + lines.count()) <= width {
+        return Err(MeasurementError::Transposed { place: Place::line(path, at), found: width });
+    }
+    Ok(())
+}
+
 /// Refuses lines with too many cells before memory is allocated for them.
 fn refuse_width(path: &Path, bytes: &[u8], first: u64, delimiter: Delimiter) -> Result<(), MeasurementError> {
     let long = bytes.split(|&byte| byte == b'\n').zip(first..).filter(|(line, _)| line.len() > MOST_COLUMNS);
@@ -469,7 +541,10 @@ pub(super) fn guess_kind(
 ) -> RecordKind {
     use granchain_signal::Dimension;
     let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let named_horn = ["horn", "tip", "drive"].iter().any(|word| name.contains(word));
+    // `multiple` has a tip within.
+    let mut words = name.split(|letter: char| !letter.is_alphabetic());
+    let named_horn =
+        name.contains("horn") || words.any(|word| ["tip", "drive"].iter().any(|hint| word.starts_with(hint)));
     let named_hydrophone = name.contains("hydrophone") || name.contains("pressure");
     let has = |wanted| columns.iter().any(|column| column.dimension() == Some(wanted));
     // A sensitivity that the file states is for volts; a file of another unit may state it as a remark.

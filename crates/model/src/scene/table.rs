@@ -469,17 +469,22 @@ pub const KEYS: &[Key] = &[
     })
     .usually("dormand-prince-853; symplectic before a disc; trapezoid of the fea")
     .when(&[Is("model.kind", &["chain", "fea"])]),
-    number("model.numerical_dissipation", Dimension::NONE, Bound::Finite, "dissipation parameter of hht (0 to 1/3) or newmark (0 to 1/2)")
-        .number(|scene| match scene.model.fea.scheme {
-            Scheme::HilberHughesTaylor { dissipation } | Scheme::Newmark { dissipation }
-                if scene.model.kind == ModelKind::Fea =>
-            {
-                Some(dissipation)
-            }
-            _ => None,
-        })
-        .needed("model.numerical_dissipation = 0.1")
-        .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht", "newmark"])]),
+    number(
+        "model.numerical_dissipation",
+        Dimension::NONE,
+        Bound::Finite,
+        "dissipation parameter of hht (0 to 1/3) or newmark (0 to 1/2)",
+    )
+    .number(|scene| match scene.model.fea.scheme {
+        Scheme::HilberHughesTaylor { dissipation } | Scheme::Newmark { dissipation }
+            if scene.model.kind == ModelKind::Fea =>
+        {
+            Some(dissipation)
+        }
+        _ => None,
+    })
+    .needed("model.numerical_dissipation = 0.1")
+    .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht", "newmark"])]),
     number("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2), "relative error per step")
         .number(|scene| match scene.model.integrator {
             Integrator::DormandPrince853 { tolerance } if scene.model.kind == ModelKind::Chain => Some(tolerance),

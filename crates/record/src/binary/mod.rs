@@ -37,6 +37,7 @@ use super::{
     column::{Column, choose},
     place::SampleLines,
     table::{Form, Table, guess_kind},
+    time_column,
     universal::UniversalText,
 };
 
@@ -123,7 +124,7 @@ fn table(
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, stated));
     let timed = options.sample_rate.is_some() || channels.iter().any(|channel| channel.grid.is_some());
     for (column, channel) in columns.iter_mut().zip(&channels) {
-        if column.is_named_time()
+        if time_column::is_named_or_numbered(column)
             && column.unit.is_none()
             && options.time_unit.is_none()
             && let Some(unit) = unit_of_instants(channel)

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use granchain_signal::Dimension;
 
-use super::{Line, MeasurementError, Preamble, bare, count, missing, number, parse_unit, statements};
+use super::{Line, MeasurementError, Preamble, bare, cells, count, missing, number, parse_unit, statements};
 use granchain_signal::number::time;
 
 /// `Revision:,0` … `XInc:,1e-7` … `Data:`, then values, or instants and values.
@@ -42,6 +42,41 @@ pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Mea
         points: value("Points").and_then(count),
         statements: statements(lines, first.number),
         assumptions,
+        ..Preamble::default()
+    })
+}
+
+/// `File Format, WaveformYValues` … `XOrg, -1e-5` … `Data,` and the type of the values, then those alone, or below
+/// `WaveformXYValues` with their instants.
+pub(super) fn waveform(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
+    let value = |wanted: &str| lines.iter().filter_map(Line::pair).find(|(key, _)| *key == wanted).map(|(_, it)| it);
+    let data = lines.iter().position(|line| bare(line.text) == "Data");
+    let is_row = |line: &&Line<'_>| cells(line.text).iter().all(|cell| number(cell).is_some());
+    let first = data.and_then(|at| lines[at + 1..].iter().find(is_row));
+    let time_unit = value("X Units").unwrap_or("Second");
+    let seconds = parse_unit(time_unit).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
+    let clock = [value("XOrg"), value("XInc")].map(|it| it.and_then(number));
+    let (Some(first), [Some(start), Some(step)], Some(factor)) = (first, clock, seconds) else {
+        return Err(missing(
+            path,
+            "Keysight",
+            "`XOrg`, `XInc`, `X Units` in units of time, and `Data` with values below it",
+        ));
+    };
+    let (start, step) = (start * factor, step * factor);
+    let timed = cells(first.text).len() > 1;
+    let names = timed.then(|| format!("time ({time_unit})")).into_iter();
+    let assumed = format!("instants from XOrg and XInc: {} and every {}", time(start), time(step));
+    Ok(Preamble {
+        instrument: "Keysight Infiniium",
+        body: first.at,
+        body_line: first.number,
+        header: Some(names.chain([format!("value ({})", value("Y Units").unwrap_or("Volt"))]).collect()),
+        grid: Some((start, step)).filter(|_| !timed),
+        interval: Some(step),
+        points: value("Points").and_then(count),
+        statements: statements(lines, first.number),
+        assumptions: Some(assumed).filter(|_| !timed).into_iter().collect(),
         ..Preamble::default()
     })
 }

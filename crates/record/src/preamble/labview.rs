@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use super::{Line, MeasurementError, Place, Preamble, line_at, missing, number};
+use super::{Line, MeasurementError, Place, Preamble, cells, line_at, missing, number, row_of, statements};
 use granchain_signal::number::time;
 
 const END: &str = "***End_of_Header***";
@@ -95,6 +95,27 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
             .filter(|line| !line.is_empty())
             .collect(),
         assumptions: assumed.into_iter().collect(),
+        ..Preamble::default()
+    })
+}
+
+/// Export Waveforms to Spreadsheet File: `waveform`, `t0` and `delta t` above names; the rows repeat the time of day in
+/// milliseconds, so the first row is taken as 0.
+pub(super) fn waveforms(lines: &[Line<'_>]) -> Option<Preamble> {
+    let steps = row_of(lines, "delta t")?;
+    let step = number(steps.first()?).filter(|step| *step > 0.0 && steps.iter().all(|it| *it == steps[0]))?;
+    let head = lines.iter().position(|line| cells(line.text)[0] == "time")?;
+    let first = lines.get(head + 1)?;
+    let names = cells(lines[head].text).into_iter().skip(1).map(str::to_owned);
+    Some(Preamble {
+        instrument: "LabVIEW",
+        body: first.at,
+        body_line: first.number,
+        header: Some(std::iter::once(String::new()).chain(names).collect()),
+        grid: Some((0.0, step)),
+        interval: Some(step),
+        statements: statements(lines, first.number),
+        assumptions: vec![format!("instants from delta t: the first sample at 0, one every {}", time(step))],
         ..Preamble::default()
     })
 }

@@ -5,9 +5,11 @@
 //! | Digilent WaveForms | `#Digilent WaveForms` | sample rate, number of points |
 //! | GW Instek | `Memory Length` … `Waveform Data` | units, names, sample interval, number of points; counts are refused |
 //! | Hantek | `#timebase=` | – (seconds and millivolts, which are not written) |
+//! | HIOKI 8807 | `NUM_SIGS`, `HORZ_UNITS` | names, units |
 //! | Keysight InfiniiVision | header `x-axis,1` | – (units stand in the second row) |
 //! | Keysight Infiniium | `XInc:` … `Data:` | units, instants where the rows have none, number of points |
 //! | LabVIEW | `LabVIEW Measurement` | names, units, instants, segments |
+//! | LabVIEW, Export Waveforms | `waveform` and `delta t` | names, sample interval |
 //! | LeCroy | `LECROY…,…,Waveform` | segments; seconds and volts, which are not written |
 //! | Polytec | `Source File Name:` | – |
 //! | Rigol | `Start` and `Increment`, or `t0` and `tInc`, in the header | instants |
@@ -23,6 +25,7 @@
 mod digilent;
 mod gwinstek;
 mod hantek;
+mod hioki;
 mod keysight;
 mod labview;
 mod lecroy;
@@ -174,6 +177,12 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         return Ok(Some(Preamble { instrument: "Keysight InfiniiVision", body_line: 1, ..Preamble::default() }));
     } else if labview::begins(line) {
         return labview::labview(path, text, dataset).map(Some);
+    } else if begins(&["File Format, Waveform", "File Format,Waveform"]) {
+        return keysight::waveform(path, &whole).map(Some);
+    } else if any("NUM_SIGS") && any("HORZ_UNITS") {
+        return Ok(hioki::hioki(&whole));
+    } else if first.starts_with("waveform\t") {
+        return Ok(labview::waveforms(&whole));
     } else if first.starts_with("#timebase=") {
         return Ok(hantek::hantek(&whole));
     } else if whole.iter().take(3).any(|line| line.text.trim_start_matches('"').starts_with("Revision:")) {
@@ -198,7 +207,8 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
     }
     rohde_schwarz::refuse_keys(path, &whole)?;
     let beside = rohde_schwarz::beside(path, text, line)?;
-    Ok(beside.or_else(|| tektronix::plain(line)).or_else(|| unknown::unknown(&whole)))
+    let unknown = || unknown::unknown(&whole).or_else(|| unknown::unnamed(&whole));
+    Ok(beside.or_else(|| tektronix::plain(line)).or_else(unknown))
 }
 
 fn missing(path: &Path, instrument: &'static str, wanted: &'static str) -> MeasurementError {

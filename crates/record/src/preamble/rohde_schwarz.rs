@@ -40,21 +40,33 @@ pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Optio
     let Some((start, step)) = grid else {
         return Err(missing(&keys, "Rohde & Schwarz RTO", "`XStart` and `Resolution`"));
     };
+    if let Some(line) = pairs.iter().find(|line| line.text.starts_with("ValuesPerXInterval:2")) {
+        return Err(MeasurementError::PeakDetect { place: Place::cell(&keys, line.number, bare(line.text)) });
+    }
     let width = row.iter().filter(|cell| !cell.is_empty()).count();
+    // Horizontal values stand in a column of their own if they were included.
+    let second = whole.lines().nth(1).map(cells).unwrap_or_default();
+    let at = |row: &[&str], wanted: f64| number(row[0]).is_some_and(|found| (found - wanted).abs() < 1e-3 * step);
+    let timed = width > 1 && at(&row, start) && !second.is_empty() && at(&second, start + step);
+    let text = |wanted: &str| pairs.iter().find_map(|line| line.text.strip_prefix(wanted)).unwrap_or_default();
+    let units: Vec<&str> = text("VerticalUnit:").split(':').map(bare).filter(|unit| !unit.is_empty()).collect();
+    let unit = |channel: usize| units.get(channel).or(units.first()).copied().unwrap_or("V");
+    let names = (0..width - usize::from(timed)).map(|at| format!("CH{} ({})", at + 1, unit(at)));
     Ok(Some(Preamble {
         instrument: "Rohde & Schwarz RTO",
         body_line: 1,
-        header: Some((1..=width).map(|channel| format!("CH{channel} (V)")).collect()),
+        header: Some(timed.then(String::new).into_iter().chain(names).collect()),
         grid: Some((start, step)),
         interval: Some(step),
         points: value(if hardware { "SignalHardwareRecordLength" } else { "RecordLength" })
             .and_then(|it| count(&it.to_string())),
         statements: pairs.iter().map(|line| line.text.to_owned()).filter(|line| !line.is_empty()).collect(),
         assumptions: vec![format!(
-            "instants from {}: {} and every {}; values taken in V",
+            "instants from {}: {} and every {}; values taken in {}",
             keys.display(),
             time(start),
-            time(step)
+            time(step),
+            unit(0)
         )],
         ..Preamble::default()
     }))

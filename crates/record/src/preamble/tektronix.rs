@@ -111,7 +111,7 @@ fn side_by_side(lines: &[Line<'_>], times: &[usize], width: usize, first: &[&str
         if waveform == 0 {
             header[at] = "TIME".to_owned();
         } else if first.get(at) != first.get(times[0]) {
-            header[at] = format!("TIME {name}");
+            header[at] = format!("TIME - {name}");
         }
         if let Some(cell) = header.get_mut(at + 1) {
             *cell = match units.get(waveform).filter(|unit| times.len() > 1 && !unit.is_empty()) {

@@ -1,6 +1,12 @@
 //! Lines above a table by an unknown instrument.
 
-use super::{super::column::is_counter, Line, Preamble, cells, number, parse_unit, statements};
+use super::{
+    super::{
+        column::{Column, is_counter},
+        dialect::row_delimiter,
+    },
+    Line, Preamble, cells, number, parse_unit, statements,
+};
 
 /// Rows of numbers that make a table.
 const ROWS: usize = 4;
@@ -43,6 +49,40 @@ pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
         body_line: line.number,
         statements: statements(lines, line.number),
         assumptions: vec![format!("lines 1 to {} above the header are passed over", line.number - 1)],
+        ..Preamble::default()
+    })
+}
+
+/// Rows without names below several lines of text, the last of which may be the name of a single column.
+pub(super) fn unnamed(lines: &[Line<'_>]) -> Option<Preamble> {
+    let says = |line: &&Line<'_>| !line.text.trim().is_empty() && !line.text.starts_with('#');
+    let said: Vec<&Line<'_>> = lines.iter().filter(says).collect();
+    let shape = |line: &Line<'_>| {
+        let delimiter = row_delimiter(line.text, None)?;
+        Some((delimiter, line.text.split(delimiter.character()).count()))
+    };
+    let first = said.iter().position(|line| shape(line).is_some())?;
+    let (delimiter, width) = shape(said[first])?;
+    let is_table = said[first..].iter().take(ROWS).all(|line| shape(line) == Some((delimiter, width)));
+    if first < 2 || said.len() < first + ROWS || !is_table {
+        return None;
+    }
+    let last = said[first - 1].text;
+    let parts = last.split([',', ';', '\t']).filter(|cell| !cell.trim().is_empty()).count();
+    // A row of remarks below names may be blank.
+    let is_wide = parts > 1 || last.split(delimiter.character()).count() == width;
+    let is_names = width > 1 && is_wide && !last.contains(['=', ':']);
+    if is_names || parse_unit(last).is_ok() {
+        return None;
+    }
+    let named = width == 1 && Column::from_header(last).dimension().is_some();
+    let line = said[first - usize::from(named)];
+    Some(Preamble {
+        instrument: "unknown",
+        body: line.at,
+        body_line: line.number,
+        statements: statements(lines, line.number),
+        assumptions: vec![format!("lines 1 to {} above the rows are passed over", line.number - 1)],
         ..Preamble::default()
     })
 }

@@ -390,7 +390,10 @@ fn headers_are_found_where_programs_put_them() {
     // A handheld oscilloscope: keys, then a counter and millivolts.
     let keys = "Channel   :,CH1\nFrequency :,F=  ?\nTime interval:,8000.00uS\n\nindex,CH1_Voltage(mV)\n";
     let text = keys.to_owned() + &rows(|i| format!("{i},{:.9}", 1e3 * volts(i)));
-    assert!(refused(&text).contains("scope.csv:5: expected a column of time"), "{}", refused(&text));
+    let stated = read_with(&text, &options()).unwrap();
+    assert!((stated.raw.step - 8e-3).abs() < 1e-12, "{:e}", stated.raw.step);
+    let unstated = text.replace("Time interval:,8000.00uS", "Time interval:,?");
+    assert!(refused(&unstated).contains("scope.csv:5: expected a column of time"), "{}", refused(&unstated));
     let record = read_with(&text, &ReadOptions { sample_rate: Some(1.0 / STEP), ..options() }).unwrap();
     assert!((record.raw.values[30] - 0.1 * volts(30)).abs() < 1e-9);
     let remedy = read_with("nr,time_s,ch1,ch2\n0,0,1,2\n1,1,2,3\n", &options()).unwrap_err().remedy();

@@ -5,6 +5,7 @@ mod horn_drive;
 mod instrument_files;
 mod instruments;
 mod laboratory_cases;
+mod laboratory_columns;
 mod laboratory_files;
 mod read_back;
 mod reader_dialects;
