@@ -171,6 +171,10 @@ fn frames_and_what_is_no_trace_of_tektronix_are_named() {
         let message = refused.unwrap_err().to_string();
         assert!(message.contains(named) && message.contains("; save the "), "{message}");
     }
+    let axis = bytes.windows(2).rposition(|part| part == b"s\0").unwrap();
+    let of_spectrum = [&bytes[..axis], b"Hz", &bytes[axis + 2..]].concat();
+    let refused = read_record_bytes(Path::new("a.wfm"), &of_spectrum, Some(RecordKind::Vibrometer), &options());
+    assert!(refused.unwrap_err().to_string().contains("an axis in `Hz`"));
 }
 
 /// Unit of a number's last digit.
