@@ -9,15 +9,25 @@ import re
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 PROJECT = Path(__file__).resolve().parent.parent
-# Room for formulas and wide tables.
-STYLE = ".md-grid { max-width: 76rem }"
+# Room for formulas and wide tables; formulas close together, little larger than the text.
+STYLE = """.md-grid { max-width: 76rem }
+.md-typeset div.arithmatex, .md-typeset div.arithmatex > *, .md-typeset .katex-display { margin: 0.2em auto !important }
+.md-typeset .katex { font-size: 1.1em }
+"""
+# Formulas are marked by pymdownx.arithmatex and set by KaTeX.
+FORMULAS = """document.addEventListener("DOMContentLoaded", () => document.querySelectorAll(".arithmatex").forEach((formula) =>
+  renderMathInElement(formula, { delimiters: [{ left: "\\\\(", right: "\\\\)" }, { left: "\\\\[", right: "\\\\]", display: true }] })));
+"""
 LINK = re.compile(r"\[([^\[\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 
 
+# Before mkdocs-jupyter, which takes the notebooks among these files.
+@event_priority(100)
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     """The pages of `docs/`, the README, and what they link to."""
     found = [file for file in files if file.abs_src_path is None or PROJECT / "docs" not in Path(file.abs_src_path).parents]
@@ -27,10 +37,11 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
         if path in known:
             continue
         known.add(path)
-        found.append(File.generated(config, path.relative_to(PROJECT).as_posix(), abs_src_path=str(path)))
+        found.append(File(path.relative_to(PROJECT).as_posix(), str(PROJECT), config.site_dir, config.use_directory_urls))
         if path.suffix == ".md":
             open_ += [target for _, target in targets(path) if target.is_file()]
     found.append(File.generated(config, "site.css", content=STYLE))
+    found.append(File.generated(config, "formulas.js", content=FORMULAS))
     return Files(found)
 
 
