@@ -170,7 +170,7 @@ pub struct SceneArguments {
     /// Model [default: the scene's, else reduced, or chain if only it can run the scene]
     #[arg(long, value_enum, help_heading = "Scene")]
     pub model: Option<ModelChoice>,
-    /// Choose the fastest model and settings with at most this error, such as 1% (`granchain accuracy`). A changed scene keeps the built-in scene's error
+    /// Choose the fastest model and settings with at most this error, such as 1% (`granchain accuracy`). For a changed scene the error is not checked
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
     /// Horn-tip record that drives the piston [default: the scene's own drive]

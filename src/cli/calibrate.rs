@@ -60,7 +60,7 @@ pub struct Arguments {
     /// Parameters to fit
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = "Fit")]
     pub fit: Vec<String>,
-    /// Damping laws to fit, such as linear,kuwabara-kono [default: the scene's own]
+    /// Damping laws to fit, of linear, kuwabara-kono and linear+kuwabara-kono, such as linear,kuwabara-kono [default: the scene's own]
     #[arg(long, value_name = "LAW,…", value_delimiter = ',', help_heading = "Fit")]
     pub damping: Vec<String>,
     /// Plot drive, record and the unfitted response at the scene's α, then stop

@@ -71,13 +71,13 @@ pub struct Arguments {
     /// Without --count and --wrong nothing is fitted: the expected interval widths take seconds
     #[arg(long, value_name = "KEY=VALUES", value_parser = axis, requires = "plan")]
     pub vary: Vec<Axis>,
-    /// Also fit on wrong benches (support, beads, damping law, first gap, radius): how often are they rejected
+    /// Also fit each record on wrong benches (support, beads, damping law, first gap, radius) and count how often these are rejected
     #[arg(long, requires = "plan")]
     pub wrong: bool,
-    /// Expect widths with each experiment of --vary in addition to the plan's record, both fitted together
+    /// Print the widths expected if each experiment of --vary is fitted together with the plan's record
     #[arg(long, requires = "vary", conflicts_with = "wrong")]
     pub add_record: bool,
-    /// Synthetic records of each scenario or experiment; benches with --fit, --quantity or --records [default: 8]
+    /// Number of synthetic records of each scenario or experiment; with --fit, --quantity or --records number of benches [default: 8]
     #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
     pub count: Option<u64>,
     /// Number of runs of the chain in each fit [default: as calibrate]

@@ -63,7 +63,7 @@ Form of a hydrophone's record:
 
 Form of a file of published features:
   drive_frequency = "73 kHz"
-    Names: positive_peak, negative_peak, thd, amplitude_P/Q, ratio_P/Q:
+    Names: positive_peak, negative_peak, thd, amplitude_P/Q, ratio_P/Q; with `present` line_P/Q; with `ordering` any:
   [[feature]]
   name = "positive_peak"
   value = "289 mm/s"
@@ -82,7 +82,7 @@ pub enum KindChoice {
     HornTip,
     /// The far pole of the last bead: velocity
     Vibrometer,
-    /// A point of the water: pressure
+    /// Hydrophone: pressure at a point of the water
     Hydrophone,
 }
 

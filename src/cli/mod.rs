@@ -158,7 +158,7 @@ enum Command {
     Spectrum(spectrum::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
-    /// Estimate α (drive at the first bead divided by the true motion of the horn) and the damping of a scene from a record
+    /// Fit α (drive at the first bead divided by the true motion of the horn) and the contact damping to a record
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),

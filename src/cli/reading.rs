@@ -78,7 +78,7 @@ pub struct ChannelArguments {
     /// Sensitivity, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa'
     #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, allow_hyphen_values = true, help_heading = "Reading")]
     pub scale: Option<Sensitivity>,
-    /// Sample rate of a file without a column of time, such as 5MHz
+    /// Sample rate, for a file without a column of time or in place of its steps, such as 5MHz
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
     pub sample_rate: Option<f64>,
     /// Any other key of a bench file, such as time_unit=us, delay=4.2us, invert=true (docs/formats.md); repeatable
