@@ -237,7 +237,6 @@ pub struct ReadAs {
 pub enum NamedBy {
     Flag,
     Plan,
-    /// Beside the record.
     Folder,
     /// A channel of the record's own file.
     Channel,

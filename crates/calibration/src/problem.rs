@@ -46,7 +46,6 @@ const MOST_TESTED: usize = 4;
 const SCENE: &str = "annulus";
 const SCENE_WITH_WATER: &str = "water";
 
-/// Default parameters.
 const FITTED: [&str; 2] = ["alpha", "damping"];
 
 /// Factors on intervals that a correction of their coverage may need.
@@ -373,7 +372,6 @@ impl Problem {
     }
 }
 
-/// A pressure needs water.
 fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradiction> {
     if quantity == Measurand::Velocity || scene.water.is_some() {
         return Ok(());

@@ -26,7 +26,9 @@ use granchain_signal::{QuantityError, feature::FeatureError};
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Contradiction {
-    #[error("--measured FILE or --plan FILE is needed: a vibrometer record, or (with --quantity pressure) a hydrophone record")]
+    #[error(
+        "--measured FILE or --plan FILE is needed: a vibrometer record, or (with --quantity pressure) a hydrophone record"
+    )]
     NoRecord,
     #[error(
         "the plan names `measured` or `drive` and {records} of [[record]]; write `measured` and `drive` into each [[record]]"

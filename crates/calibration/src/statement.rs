@@ -175,7 +175,6 @@ fn periods(cycles: f64) -> String {
     if cycles < 1.5 { "drive period".into() } else { format!("{cycles:.0} drive periods") }
 }
 
-/// Statement on the p-value.
 fn standing(fit: &Fit) -> String {
     let p = fit.agreement.p;
     let share = if p < 1e-3 { "below 0.1 %".into() } else { format!("{:.1} %", 100.0 * p) };

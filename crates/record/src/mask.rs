@@ -142,7 +142,6 @@ const NOISIEST: f64 = 7.0;
 const SPIKE: f64 = 0.04;
 /// Longest drop-out, drive periods.
 const LOST: f64 = 2.0;
-/// Most samples searched.
 const MOST_SAMPLES: usize = 1 << 16;
 /// Most spikes ignored when the largest extreme of a long record is sought.
 const FEW_SPIKES: usize = 12;

@@ -57,7 +57,6 @@ pub(super) struct Start {
 }
 
 impl Start {
-    /// About an answer.
     pub fn behind(answer: &Solution) -> Self {
         let half = (0..answer.at.len()).map(|d| BEHIND.0 * answer.covariance[d][d].sqrt() + BEHIND.1);
         Self { centre: answer.at.clone(), half: half.collect(), shifts: answer.shifts() }

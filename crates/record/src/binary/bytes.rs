@@ -88,7 +88,6 @@ impl<'a> Bytes<'a> {
         Some(bytes[..end].iter().map(|byte| char::from(*byte)).collect::<String>().trim().to_owned())
     }
 
-    /// One sample.
     pub fn sample(&self, at: usize, kind: Sample) -> Option<f64> {
         Some(match kind {
             Sample::Unsigned(1) => f64::from(*self.all.get(at)?),

@@ -122,7 +122,6 @@ const RATES: [&str; 6] = ["fs", "sample_rate", "samplerate", "samplingrate", "sa
 const STEPS: [&str; 6] = ["dt", "ts", "tinterval", "delta_t", "sample_interval", "xincr"];
 const STARTS: [&str; 4] = ["t0", "tstart", "t_start", "xzero"];
 
-/// Channels from named arrays.
 pub(super) fn contents(written: &str, arrays: Vec<Array>) -> Result<Contents, String> {
     let scalar = |names: &[&str]| {
         let named = arrays.iter().find(|it| it.values.len() == 1 && names.contains(&it.name.to_lowercase().as_str()));

@@ -15,7 +15,6 @@ use super::{
 
 /// Longest description, bytes.
 const LONGEST: u64 = 4 << 20;
-/// Most bytes of samples.
 const LARGEST: u64 = 8 << 30;
 
 const SAMPLES: &str = ".Wfm.bin";

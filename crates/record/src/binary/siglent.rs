@@ -22,7 +22,6 @@ const REVISIONS: [Revision; 6] = [
     Revision { version: None, switches: 0x100, scale: 0xbc, double: false },
     Revision { version: Some(5), switches: 0x76, scale: 0x7a, double: true },
 ];
-/// Shortest header.
 const SHORTEST: usize = 0x800;
 
 pub(super) fn is_file(head: &[u8]) -> bool {

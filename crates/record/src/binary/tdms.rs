@@ -47,7 +47,6 @@ struct Layout {
     /// `None`: texts, truth values or instants, which are passed over.
     kind: Option<Sample>,
     count: usize,
-    /// Bytes.
     size: usize,
 }
 
@@ -285,7 +284,6 @@ fn polynomial(coefficients: &[f64], value: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * value + coefficient)
 }
 
-/// Data types of samples.
 fn sample(kind: u32) -> Option<Sample> {
     Some(match kind {
         1 => Sample::Signed(1),
