@@ -66,13 +66,21 @@ fn options() -> impl Strategy<Value = ReadOptions> {
     )
 }
 
+/// A type of HDF5 may announce 65,535 members, for which the library reserves memory.
+const OF_HDF5: usize = 8 << 20;
+
+fn is_hdf5(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "h5") || path.ends_with("matrix-7.3.mat")
+}
+
 /// Read as any kind; a refusal names the file.
 fn try_all(path: &Path, bytes: &[u8], options: &ReadOptions) -> usize {
     let kinds = [None, Some(RecordKind::HornTip), Some(RecordKind::Vibrometer)];
     let read = kinds.map(|kind| {
         let (read, peak) = allocator::peak_of(|| read_record_bytes(path, bytes, kind, options));
+        let of_form = if is_hdf5(path) { OF_HDF5 } else { 0 };
         assert!(
-            peak <= allocator::FILES * bytes.len() + allocator::ANY_FILE,
+            peak <= allocator::FILES * bytes.len() + allocator::ANY_FILE + of_form,
             "{peak} bytes of memory for {} of file",
             bytes.len()
         );
@@ -99,7 +107,7 @@ fn the_files_are_there_and_are_read_as_they_are() {
         .iter()
         .filter(|(path, bytes)| try_all(path, bytes, &ReadOptions::default()) + try_all(path, bytes, &scaled) > 0);
     // All but those that need a segment, a function, a channel, a time column or a sample rate named, counts, and keys whose values stand in another file.
-    assert_eq!(read.count(), FILES.len() - 14);
+    assert_eq!(read.count(), FILES.len() - 18);
 }
 
 proptest! {

@@ -39,6 +39,9 @@ pub(super) struct Decoded<'a> {
     pub padding: usize,
 }
 
+/// Most bytes of padding among the first ones of a file.
+const MOST_PADDING: usize = 4096;
+
 const MAGIC: [(&[u8], &str); 11] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
@@ -59,7 +62,9 @@ pub(super) fn refuse_early(path: &Path, head: &[u8]) -> Result<(), MeasurementEr
         return Ok(());
     }
     refuse_magic(path, head)?;
-    if sixteen_bits(head).is_some() { Ok(()) } else { refuse_control(path, unpadded(head)) }
+    let bare = unpadded(head);
+    let text = if head.len() - bare.len() <= MOST_PADDING { bare } else { head };
+    if sixteen_bits(head).is_some() { Ok(()) } else { refuse_control(path, text) }
 }
 
 fn binary(path: &Path, found: &str) -> MeasurementError {

@@ -15,6 +15,9 @@ pub(super) fn with_line_ends(text: Cow<'_, str>) -> Cow<'_, str> {
 /// Blanks the line `sep=;` that Excel writes above a table; what parts the cells is known from the rows.
 pub(super) fn without_excel_line(text: Cow<'_, str>) -> Cow<'_, str> {
     let line = text.lines().next().unwrap_or_default();
+    if line.len() > 16 {
+        return text;
+    }
     let bare = line.trim().trim_matches('"').to_lowercase();
     if bare.strip_prefix("sep=").is_none_or(|sign| sign.chars().count() > 1) {
         return text;

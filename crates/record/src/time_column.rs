@@ -12,20 +12,25 @@ use super::{
 const TIME_NAMES: [&str; 6] = ["time", "t", "times", "zeit", "seconds", "x_value"];
 const FREQUENCY_NAMES: [&str; 5] = ["frequency", "freq", "f", "frequenz", "band no."];
 
+/// The beginning of a name: what follows says nothing of time, and a name may be as long as the file.
+fn lower(name: &str) -> String {
+    name.chars().take(100).flat_map(char::to_lowercase).collect()
+}
+
 /// Whether a name is that of a time: then `min` is a minute and `uS` a microsecond.
 pub(super) fn says_time(name: &str) -> bool {
-    let name = name.trim().to_lowercase();
+    let name = lower(name.trim());
     let words = ["time", "zeit", "temps", "elapsed", "duration", "dauer"];
     TIME_NAMES.contains(&name.as_str()) || words.iter().any(|word| name.contains(word))
 }
 
 fn is_named(column: &Column) -> bool {
-    TIME_NAMES.contains(&column.name.to_lowercase().as_str())
+    TIME_NAMES.contains(&lower(&column.name).as_str())
 }
 
 /// Whether a name is that of a time, perhaps in a structure or with a number or its channel: `rec.time`, `Time2`, `Time.1`, `X_Value 2`, `Time - Bead`.
 pub(super) fn is_named_or_numbered(column: &Column) -> bool {
-    let name = column.name.to_lowercase();
+    let name = lower(&column.name);
     let name = name.split(" - ").next().unwrap_or_default();
     let numbers = |letter: char| letter.is_ascii_digit() || matches!(letter, '.' | '_' | ' ' | '[' | ']');
     let name = name.trim_end_matches(numbers);
@@ -102,7 +107,7 @@ fn one_of(
 
 fn without(path: &Path, line: u64, columns: &[Column]) -> MeasurementError {
     let over = |column: &&Column| {
-        let name = column.name.to_lowercase();
+        let name = lower(&column.name);
         column.dimension() == Some(Dimension::FREQUENCY) || FREQUENCY_NAMES.contains(&name.as_str())
     };
     match columns.iter().find(over) {
