@@ -126,15 +126,14 @@ fn assemble(
             BenchError::Drive(error) => error.into(),
             error => error.into(),
         })?;
-    let fitted = calibration.and_then(|calibration| calibration.drive.as_ref());
-    if let (Some(fitted), Some(drive)) = (fitted, &bench.drive)
-        && drive.input.sha256 != fitted.input.sha256
+    if let (Some(calibrated), Some(drive)) = (calibration.and_then(|it| it.drive.as_ref()), &bench.drive)
+        && drive.input.sha256 != calibrated.input.sha256
     {
-        let (found, fitted) = (drive.input.path.display(), fitted.input.path.display());
+        let (found, calibrated) = (drive.input.path.display(), calibrated.input.path.display());
         assumptions.push(if drive_of_fit.is_some() {
             format!("{found} was changed since the calibration: alpha may not belong to it")
         } else {
-            format!("{found} is not the horn record of the calibration, {fitted}: alpha need not hold for it")
+            format!("{found} is not the horn record of the calibration, {calibrated}: alpha need not hold for it")
         });
     }
     assumptions.append(&mut bench.assumptions);

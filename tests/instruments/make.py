@@ -8,7 +8,7 @@ import wave
 
 import numpy as np
 import scipy.io
-from nptdms import ChannelObject, TdmsWriter
+from nptdms import ChannelObject, GroupObject, TdmsWriter
 
 N, STEP, START = 400, 2e-7, -1e-5
 i = np.arange(N)
@@ -36,8 +36,10 @@ with TdmsWriter("scaled.tdms") as writer:
              "NI_Scale[1]_Polynomial_Coefficients_Size": 2, "NI_Scale[1]_Polynomial_Coefficients[0]": -0.2, "NI_Scale[1]_Polynomial_Coefficients[1]": 2.0,
              "NI_Scale[1]_Polynomial_Input_Source": 0, "unit_string": "V", "wf_increment": 1.0}
     counts = np.round(v / 2e-5).astype("<i2")
+    writer.write_segment([GroupObject("scope", scale)])
     for part in (slice(0, 150), slice(150, N)):
-        writer.write_segment([ChannelObject("scope", "Time", 1e6 * t[part], {"unit_string": "us"}), ChannelObject("scope", "vibrometer", counts[part], scale)])
+        writer.write_segment([ChannelObject("scope", "horn", -counts[part], {"unit_string": "V"})])
+        writer.write_segment([ChannelObject("clock", "Time", 1e6 * t[part], {"unit_string": "us"}), ChannelObject("scope", "vibrometer", counts[part], scale)])
         writer.write_segment([ChannelObject("log", "events", ["trigger", "end"])])
 
 with wave.open("full-scale.wav", "wb") as sound:

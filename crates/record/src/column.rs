@@ -5,7 +5,7 @@ use std::path::Path;
 use granchain_signal::{Dimension, QuantityError, Unit};
 
 use super::{
-    MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
+    MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, clock,
     time_column::{self, says_time},
 };
 
@@ -181,6 +181,11 @@ impl Column {
     pub(super) fn override_unit(&mut self, text: &str) {
         self.unit_text = Some(text.trim().into());
         self.unit = Some(parse_unit(text));
+    }
+
+    /// Whether its cells are times of day.
+    pub(super) fn is_clock(&self) -> bool {
+        self.unit_text.as_deref() == Some(clock::UNIT)
     }
 
     pub(super) fn dimension(&self) -> Option<Dimension> {

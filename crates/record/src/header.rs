@@ -43,8 +43,8 @@ fn plain(text: &str) -> Cow<'_, str> {
 }
 
 /// Sample interval (s) that lines state as a rate or an interval: `Sample rate: 5 MHz`, `Time interval : ,0.2uS`.
-pub(super) fn sample_interval(lines: &[String]) -> Option<f64> {
-    lines.iter().find_map(|line| {
+pub(super) fn sample_interval<'a>(mut lines: impl Iterator<Item = &'a String>) -> Option<f64> {
+    lines.find_map(|line| {
         let (key, value) = line.split_once([':', '='])?;
         let key = key.trim().to_lowercase().replace(['_', '-'], " ");
         let value = value.trim_matches([' ', ',', ';', '\t', ':']);

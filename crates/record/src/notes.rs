@@ -5,7 +5,7 @@ use std::path::Path;
 use granchain_signal::{Dimension, Quantity, Series, wander};
 
 use super::{
-    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity, clock,
+    MaskReason, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, RecordedQuantity,
     dialect::Dialect,
     encoding::Encoding,
     mask,
@@ -104,8 +104,7 @@ impl Notes {
                 "of several columns of time `{time}` is taken, the one beside `{value}` (--read time_column)"
             ));
         }
-        let clock = |at: &usize| table.columns[*at].unit_text.as_deref() == Some(clock::UNIT);
-        if let Some(time) = table.chosen.time.filter(clock) {
+        if let Some(time) = table.chosen.time.filter(|time| table.columns[*time].is_clock()) {
             self.assume(format!("`{}` is a time of day: the first instant is taken as 0", table.columns[time].header));
         }
         if let Some((volts, scale)) = table.chosen.volts {

@@ -47,6 +47,16 @@ pub(super) struct Taking<'a> {
     pub remarks: bool,
 }
 
+/// Warning if a stated sample rate replaces another step of the file, s.
+pub(super) fn replaced(name: &str, said: f64, step: f64) -> Option<String> {
+    let differs = !((said - step).abs() <= 1e-3 * step);
+    differs.then(|| {
+        format!(
+            "`{name}` has one sample every {said:.4e} s, --sample-rate one every {step:.4e} s, which is taken; leave it out if the file is right"
+        )
+    })
+}
+
 impl Table {
     pub(super) fn cell(&self, path: &Path, line: u64, column: usize) -> Place {
         Place::cell(path, line, &self.columns[column].header)
@@ -117,7 +127,7 @@ impl Table {
 
     /// Instant of a row, s; a large first instant is subtracted from all before conversion to doubles.
     fn instant(&mut self, taking: &Taking<'_>, rows: &Rows<'_>, column: usize) -> Result<f64, MeasurementError> {
-        if self.columns[column].unit_text.as_deref() == Some(clock::UNIT)
+        if self.columns[column].is_clock()
             && let Some(exact) = clock::instant(text_of(rows, column))
         {
             // Since the first: nobody's axis begins at midnight.
@@ -187,12 +197,8 @@ impl Table {
             );
             self.assumptions.push(text);
             let said = (self.times[self.times.len() - 1] - start) / (self.times.len() - 1).max(1) as f64;
-            if !((said - step).abs() <= 1e-3 * step) {
-                self.warnings.push(format!(
-                    "`{name}` has one sample every {said:.4e} s, --sample-rate one every {step:.4e} s, which is taken; leave it out if the file is right"
-                ));
-            }
-            (self.grid, self.times) = (Some((start, 1.0 / rate)), Vec::new());
+            self.warnings.extend(replaced(&name, said, step));
+            (self.grid, self.times) = (Some((start, step)), Vec::new());
             return Ok(());
         }
         if standing.is_none() && sampling::is_even(&self.times) {

@@ -241,11 +241,10 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
-    let lines =
-        || comments.iter().chain(preamble.iter().flat_map(|it| &it.statements)).cloned().collect::<Vec<String>>();
     let counted =
         columns.len() == 1 || columns.first().is_some_and(|it| is_counter(&it.name)) && counts(&rows, dialect);
-    let said = if grid.is_none() && counted { header::sample_interval(&lines()) } else { None };
+    let lines = comments.iter().chain(preamble.iter().flat_map(|it| &it.statements));
+    let said = if grid.is_none() && counted { header::sample_interval(lines) } else { None };
     let grid = grid.or(said.map(|step| (0.0, step)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);

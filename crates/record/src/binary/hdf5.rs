@@ -10,16 +10,14 @@ use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group};
 
 use super::{
     super::ReadOptions,
-    Contents,
+    Contents, DEEPEST, MOST_UNPACKED,
     numpy::{Array, by_column, contents},
 };
 
 const HDF5: &[u8] = b"\x89HDF";
 const MATLAB: &[u8] = b"MATLAB 7.3";
-/// Most values over the file's length; most data sets; most groups within each other.
-const MOST_UNPACKED: usize = 200;
+/// Most data sets, and most groups.
 const MOST_ARRAYS: usize = 2000;
-const DEEPEST: usize = 6;
 
 const UNIT: [&str; 3] = ["unit", "units", "YUnits"];
 const STEP: [&str; 3] = ["dt", "XInc", "wf_increment"];
@@ -50,6 +48,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Content
 struct Walk {
     is_matlab: bool,
     found: Vec<Array>,
+    /// Bytes that values may still take.
     left: usize,
     visited: usize,
     assumptions: Vec<String>,
@@ -89,7 +88,9 @@ impl Walk {
         let Ok(shape) = dataset.shape() else { return Ok(()) };
         let count = shape.iter().try_fold(1, |count: usize, size| count.checked_mul(usize::try_from(*size).ok()?));
         let sizes: Vec<usize> = shape.iter().filter(|size| **size != 1).map(|size| *size as usize).collect();
-        let Some(count) = count.filter(|count| *count > 0 && *count <= self.left && sizes.len() <= 2) else {
+        let Some(count) =
+            count.filter(|count| *count > 0 && *count <= self.left / size_of::<f64>() && sizes.len() <= 2)
+        else {
             return Ok(());
         };
         let attributes = dataset.attrs()?;
@@ -102,7 +103,7 @@ impl Walk {
         if matches!(class.as_str(), "char" | "logical" | "cell") || attributes.contains_key("MATLAB_empty") {
             return Ok(());
         }
-        self.left -= count;
+        self.left -= count * size_of::<f64>();
         let mut values = dataset.read_f64()?;
         for (gain, offset, scales_floats) in SCALES {
             let (stated, gain, offset) =

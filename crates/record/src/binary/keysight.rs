@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::{
     super::ReadOptions,
-    Channel, Contents,
+    Channel, Contents, SPECTRUM,
     bytes::{Bytes, Sample},
 };
 
@@ -56,9 +56,7 @@ fn waveform(file: Bytes<'_>, at: usize, number: usize, is_rigol: bool, wide: boo
     let label = file.text(at + 112, 16)?;
     let name = if label.is_empty() { format!("channel {}", number + 1) } else { label };
     if axis == HERTZ {
-        return Some(Err(format!(
-            "channel `{name}`: expected samples in time, found a spectrum; save the record itself"
-        )));
+        return Some(Err(format!("channel `{name}`: {SPECTRUM}")));
     }
     let mut next = at.checked_add(header)?;
     let mut values = Vec::new();

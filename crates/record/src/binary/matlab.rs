@@ -11,7 +11,7 @@ use flate2::read::ZlibDecoder;
 
 use super::{
     super::ReadOptions,
-    Contents,
+    Contents, DEEPEST, MOST_UNPACKED,
     bytes::{Bytes, Sample},
     numpy::{Array, contents},
 };
@@ -23,10 +23,7 @@ const STRUCTURE: u8 = 2;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
 /// Flag of a complex matrix.
 const COMPLEX: u8 = 8;
-/// Most bytes that an element may unpack to, over the file's length; most matrices; most structures within each other.
-const MOST_UNPACKED: usize = 200;
 const MOST_MATRICES: usize = 2000;
-const DEEPEST: usize = 6;
 
 pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
     let big_endian = bytes.get(126..128) == Some(b"MI");
@@ -85,7 +82,7 @@ pub(super) fn read_4(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents
             file.slice(data, size)?;
             let values = file.samples(data, kind.width(), if is_full && complex == 0 { count } else { 0 }, kind);
             let name = file.text(at + 20, length)?;
-            Some((Array { name, unit: String::new(), grid: None, rows, columns, values }, data + size))
+            Some((Array { name, rows, columns, values, ..Array::default() }, data + size))
         };
         let (array, next) = matrix().ok_or(cut)?;
         if !array.values.is_empty() {
@@ -194,7 +191,7 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     }
     file.slice(data, length)?;
     let values = file.samples(data, kind.width(), count, kind);
-    found.push(Array { name, unit: String::new(), grid: None, rows: sizes[0], columns: sizes[1], values });
+    found.push(Array { name, rows: sizes[0], columns: sizes[1], values, ..Array::default() });
     Some(())
 }
 

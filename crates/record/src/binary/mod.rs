@@ -36,6 +36,7 @@ use super::{
     MeasurementError, Place, ReadOptions, RecordKind,
     column::{Column, choose},
     place::SampleLines,
+    samples,
     table::{Form, Table, guess_kind},
     time_column,
     universal::UniversalText,
@@ -43,6 +44,10 @@ use super::{
 
 /// Most channels of a file that are listed.
 const MOST_CHANNELS: usize = 1000;
+/// Most bytes that a file may unpack to, over its own length; most groups or structures within each other.
+const MOST_UNPACKED: usize = 200;
+const DEEPEST: usize = 6;
+const SPECTRUM: &str = "expected samples in time, found a spectrum; save the record itself";
 
 /// A recorded channel.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -161,13 +166,10 @@ fn table(
     }
     let grid = match options.sample_rate {
         Some(rate) => {
-            if let Some((_, step)) = own.filter(|(_, step)| (step * rate - 1.0).abs() > 1e-3) {
-                warnings.push(format!(
-                    "--sample-rate replaces the file's own step of {}; leave it out if the file is right",
-                    number::time(step)
-                ));
-            }
-            Some((own.map_or(0.0, |(start, _)| start), 1.0 / rate))
+            let (start, said) = own.unzip();
+            let name = &channels[chosen.time.unwrap_or(value)].name;
+            warnings.extend(said.and_then(|said| samples::replaced(name, said, 1.0 / rate)));
+            Some((start.unwrap_or(0.0), 1.0 / rate))
         }
         None => own.filter(|_| chosen.time.is_none()),
     };

@@ -10,12 +10,10 @@ use std::{
 
 use super::{
     super::ReadOptions,
-    Channel, Contents,
+    Channel, Contents, MOST_UNPACKED,
     bytes::{Bytes, Sample},
 };
 
-/// Most bytes that an archive may unpack to, over its own length; most arrays.
-const MOST_UNPACKED: u64 = 200;
 const MOST_ARRAYS: usize = 200;
 /// Most rows of an array that holds a channel a row; least samples of a channel.
 const MOST_ROWS: usize = 16;
@@ -25,6 +23,7 @@ const END: &[u8] = b"PK\x05\x06";
 const LEAST_ENTRY: usize = 46;
 
 /// A named array of numbers.
+#[derive(Default)]
 pub(super) struct Array {
     pub name: String,
     /// As the file states it; empty if it does not.
@@ -59,7 +58,7 @@ pub(super) fn read_archive(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Co
     }
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| refused(&error))?;
     let mut arrays = Vec::new();
-    let mut left = MOST_UNPACKED * bytes.len() as u64;
+    let mut left = (MOST_UNPACKED * bytes.len()) as u64;
     for index in 0..archive.len().min(MOST_ARRAYS) {
         let file = archive.by_index(index).map_err(|error| refused(&error))?;
         let name = file.name().trim_end_matches(".npy").to_owned();
@@ -109,7 +108,7 @@ fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
     let stored = data.samples(0, kind.width(), count, kind);
     let is_by_column = columns == 1 || of("fortran_order").is_some_and(|order| order.starts_with("True"));
     let values = if is_by_column { stored } else { by_column(&stored, columns) };
-    Ok(Array { name: name.to_owned(), unit: String::new(), grid: None, rows, columns, values })
+    Ok(Array { name: name.to_owned(), rows, columns, values, ..Array::default() })
 }
 
 /// Values stored row after row, column after column.

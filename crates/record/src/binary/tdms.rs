@@ -10,7 +10,7 @@ use granchain_signal::Dimension;
 
 use super::{
     super::{ReadOptions, column},
-    Channel, Contents,
+    Channel, Contents, SPECTRUM,
     bytes::{Bytes, Sample},
 };
 
@@ -73,11 +73,10 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
     let mut channels = Vec::new();
     let mut spectrum = None;
     for name in &file.order {
-        let scale = file.scale(name)?;
-        let Some(mut object) = file.objects.remove(name) else { continue };
-        if object.values.is_empty() {
-            continue;
-        }
+        let Some(object) = file.objects.get_mut(name).filter(|object| !object.values.is_empty()) else { continue };
+        let mut values = std::mem::take(&mut object.values);
+        // Groups and file stay, as they may state the scale of a channel.
+        let object = &file.objects[name];
         // `/'Group'/'Channel'`.
         let short = name.trim_end_matches('\'').rsplit("/'").next().unwrap_or(name).replace("''", "'");
         let text = |name: &str| object.texts.get(name).map_or("", |text| text.trim());
@@ -91,17 +90,13 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
         let start = object.numbers.get("wf_start_offset").copied().unwrap_or(0.0);
         let unit = [text("unit_string"), text("NI_UnitDescription")].into_iter().find(|unit| !unit.is_empty());
         let unit = unit.unwrap_or_default().to_owned();
-        object
-            .values
-            .iter_mut()
-            .for_each(|value| *value = scale.iter().fold(*value, |raw, scale| polynomial(scale, raw)));
+        let scale = file.scale(name)?;
+        values.iter_mut().for_each(|value| *value = scale.iter().fold(*value, |raw, scale| polynomial(scale, raw)));
         let grid = step.map(|step| (factor * start, factor * step));
-        channels.push(Channel { name: short, unit, grid, values: object.values });
+        channels.push(Channel { name: short, unit, grid, values });
     }
     if let (true, Some(name)) = (channels.is_empty(), spectrum) {
-        return Err(format!(
-            "TDMS file: channel `{name}`: expected samples in time, found a spectrum; save the record itself"
-        ));
+        return Err(format!("TDMS file: channel `{name}`: {SPECTRUM}"));
     }
     let assumptions =
         if cut_short { vec!["the last segment is not whole and is left out".to_owned()] } else { Vec::new() };

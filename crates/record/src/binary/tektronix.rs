@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     super::ReadOptions,
-    Channel, Contents,
+    Channel, Contents, SPECTRUM,
     bytes::{Bytes, Sample},
 };
 
@@ -51,7 +51,7 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
         return Err("Tektronix file (.isf): expected a sample an instant, found an envelope; record without envelope or peak detect".into());
     }
     if of(&["XUNIT", "XUN"]).is_some_and(|unit| unit.eq_ignore_ascii_case("Hz")) {
-        return Err("Tektronix file (.isf): expected samples in time, found a spectrum; save the record itself".into());
+        return Err(format!("Tektronix file (.isf): {SPECTRUM}"));
     }
     let big_endian = !of(&["BYT_OR", "BYT_O"]).is_some_and(|order| order.eq_ignore_ascii_case("LSB"));
     let file = Bytes { all: bytes, big_endian };

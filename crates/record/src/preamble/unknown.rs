@@ -43,14 +43,7 @@ pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
         return None;
     }
     let line = &lines[header];
-    Some(Preamble {
-        instrument: "unknown",
-        body: line.at,
-        body_line: line.number,
-        statements: statements(lines, line.number),
-        assumptions: vec![format!("lines 1 to {} above the header are passed over", line.number - 1)],
-        ..Preamble::default()
-    })
+    Some(from(line, lines, "header"))
 }
 
 /// Rows without names below several lines of text, the last of which may be the name of a single column.
@@ -77,12 +70,16 @@ pub(super) fn unnamed(lines: &[Line<'_>]) -> Option<Preamble> {
     }
     let named = width == 1 && Column::from_header(last).dimension().is_some();
     let line = said[first - usize::from(named)];
-    Some(Preamble {
+    Some(from(line, lines, "rows"))
+}
+
+fn from(line: &Line<'_>, lines: &[Line<'_>], what: &str) -> Preamble {
+    Preamble {
         instrument: "unknown",
         body: line.at,
         body_line: line.number,
         statements: statements(lines, line.number),
-        assumptions: vec![format!("lines 1 to {} above the rows are passed over", line.number - 1)],
+        assumptions: vec![format!("lines 1 to {} above the {what} are passed over", line.number - 1)],
         ..Preamble::default()
-    })
+    }
 }

@@ -43,6 +43,7 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         ("version-4.mat", &options(), 0.1, -1e-5, 4e-9),
         ("rows.npz", &channel("scope_V:2"), -0.1, -1e-5, 1e-15),
         ("scaled.tdms", &options(), 0.1, -1e-5, 1.01e-6),
+        ("scaled.tdms", &channel("horn"), -0.1, -1e-5, 1.01e-6),
         ("segments.tdms", &channel("vibrometer"), 0.1, -1e-5, 0.0),
         ("segments.tdms", &channel("horn"), 0.2, -1e-5, 0.0),
         ("full-scale.wav", &channel("1"), 0.1, 0.0, 1e-8),
