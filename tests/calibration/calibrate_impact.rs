@@ -161,6 +161,7 @@ fn counted(folder: &Path, more: &[&str]) -> (u64, [u64; 2], u64, f64) {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn a_few_synthetic_columns_are_fitted_none_is_called_inconsistent_and_parts_are_the_whole() {
     let place = tempfile::tempdir().unwrap();
     let (count, held, outside, _) = counted(place.path(), &["--count", "4", "--seed", "11", "--out", "whole"]);

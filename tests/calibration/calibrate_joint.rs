@@ -181,6 +181,7 @@ fn shots(bench: &Bench, drift: f64) {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn shots_of_one_experiment_narrow_what_differs_between_them_and_show_its_drift() {
     let bench = Bench::new();
     let fitted = |records: &[&str], out: &str| {

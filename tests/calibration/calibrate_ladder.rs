@@ -105,6 +105,7 @@ fn a_fit_stopped_at_its_waveform_ends_in_the_same_bytes() {
 const FINITE: [&str; 6] = ["--model", "fea", "--set", "model.mesh_density=3", "--set", "drive.cycles=12"];
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_kill_9() {
     let bench = Bench::new();
     let answered = |arguments: &[&str]| {
@@ -162,6 +163,7 @@ fn finite_elements_answer_above_the_reduced_model_and_lose_no_finished_run_to_ki
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn a_kept_run_of_finite_elements_is_not_made_again() {
     let scene = [&FINITE[..], &["--out", "out"]].concat();
     let bench = Bench::new();

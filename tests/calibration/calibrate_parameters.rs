@@ -331,6 +331,7 @@ fn an_unknown_vibrometer_filter_is_in_the_prediction() {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn a_stated_response_of_the_instrument_is_that_of_every_run_and_a_wrong_one_is_rejected() {
     let bench = Bench::new();
     let scene = bench_scene(&["model.kind=chain", "damping.coefficient=0.4", "chain.gaps=[1e-10, 4e-10, 2e-10]"]);

@@ -111,6 +111,7 @@ fn joint_calibration_of_three_drive_levels() {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn calibration_on_the_reduced_model() {
     let command = "calibrate --plan calibrations/annulus-73khz.toml --damping linear --evaluations 200";
     compare("calibrate-annulus-reduced", "calibration.json", command);

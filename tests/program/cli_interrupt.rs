@@ -16,7 +16,8 @@ const POINTS: &str = "alpha=0.3:1.5:0.04";
 fn sweep(out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
     command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
-    command.args(["sweep", "--scene", "annulus", "--vary", POINTS, "--out", out.to_str().unwrap()]);
+    command.args(["sweep", "--scene", "annulus", "--set", "model.mesh_density=8", "--vary", POINTS]);
+    command.args(["--out", out.to_str().unwrap()]);
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     command
 }

@@ -137,6 +137,7 @@ fn the_readme_runs_as_it_is_written_and_quotes_what_is_printed() {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn the_tutorial_runs_as_it_is_written_and_quotes_what_is_printed() {
     assert!(holds("docs/tutorial.md") >= 10);
 }
