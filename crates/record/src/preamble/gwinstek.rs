@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use super::{Line, MeasurementError, Place, Preamble, cells, count, number, statements, values};
+use super::{Line, MeasurementError, Place, Preamble, cells, count, number, values};
 
 /// `Memory Length,25000,` … `Vertical Scale,5.0E-02,` … `Sampling Period,2.0E-10,` … `Waveform Data,`, then instants and volts (`Mode,Detail,`),
 /// channel beside channel, or counts alone (`Mode,Fast,`), 25 of them a division.
@@ -31,13 +31,9 @@ pub(super) fn gwinstek(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preambl
         }
     };
     Ok(Some(Preamble {
-        instrument: "GW Instek",
-        body: first.at,
-        body_line: first.number,
         header: Some((0..width).map(column).collect()),
         interval,
         points: values("Memory Length").first().and_then(|it| count(it)),
-        statements: statements(lines, first.number),
-        ..Preamble::default()
+        ..Preamble::above("GW Instek", first, lines)
     }))
 }

@@ -1,6 +1,6 @@
 //! HIOKI 8807 and its family: quoted keys, the units and names of all columns, then `"DATA"`.
 
-use super::{Line, Preamble, cells, row_of, statements};
+use super::{Line, Preamble, cells, row_of};
 
 pub(super) fn hioki(lines: &[Line<'_>]) -> Option<Preamble> {
     let names = row_of(lines, "SIGNAL")?;
@@ -9,11 +9,7 @@ pub(super) fn hioki(lines: &[Line<'_>]) -> Option<Preamble> {
     let first = lines.get(data + 1).filter(|_| names.len() == units.len())?;
     let named = |(name, unit): (&&str, &&str)| format!("{name} ({unit})");
     Some(Preamble {
-        instrument: "HIOKI",
-        body: first.at,
-        body_line: first.number,
         header: Some(names.iter().zip(&units).map(named).collect()),
-        statements: statements(lines, first.number),
-        ..Preamble::default()
+        ..Preamble::above("HIOKI", first, lines)
     })
 }

@@ -1,9 +1,6 @@
 use std::path::Path;
 
-use granchain_signal::Dimension;
-
-use super::{Line, MeasurementError, Preamble, bare, cells, count, missing, number, parse_unit, statements};
-use granchain_signal::number::time;
+use super::{Line, MeasurementError, Preamble, bare, cells, count, instants_from, missing, number, seconds};
 
 /// `Revision:,0` … `XInc:,1e-7` … `Data:`, then values, or instants and values.
 pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
@@ -15,34 +12,23 @@ pub(super) fn infiniium(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Mea
     let value = |wanted: &str| pairs().find(|(key, _)| *key == wanted).map(|(_, value)| value);
     let unit = |key: &str, usual: &str| value(key).filter(|unit| !unit.is_empty()).unwrap_or(usual).to_owned();
     let units = (unit("XUnits", "Second"), unit("YUnits", "Volt"));
-    let seconds = parse_unit(&units.0).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
     let origin = value("XOrg").and_then(number);
     let step = value("XInc").and_then(number).filter(|step| *step > 0.0);
-    let grid = match (origin, step, seconds) {
-        (Some(origin), Some(step), Some(factor)) => Some((origin * factor, step * factor)),
-        _ => None,
-    };
+    let grid = origin.zip(step).zip(seconds(&units.0)).map(|((origin, step), factor)| (origin * factor, step * factor));
     let cells = first.text.split([',', ';', '\t']).filter(|cell| !cell.trim().is_empty()).count();
     let timed = cells > 1;
     if !timed && grid.is_none() {
         return Err(missing(path, "Keysight Infiniium", "`XOrg`, `XInc` and `XUnits`, for the rows have no instants"));
     }
-    let mut assumptions = Vec::new();
-    if let (false, Some((start, step))) = (timed, grid) {
-        assumptions.push(format!("instants from XOrg and XInc: {} and every {}", time(start), time(step)));
-    }
+    let assumptions = grid.filter(|_| !timed).map(|grid| instants_from("XOrg and XInc", grid)).into_iter().collect();
     Ok(Preamble {
-        instrument: "Keysight Infiniium",
-        body: first.at,
-        body_line: first.number,
         header: Some(if timed { vec!["time".into(), "value".into()] } else { vec!["value".into()] }),
         units: Some(units),
         grid: grid.filter(|_| !timed),
         interval: grid.map(|(_, step)| step),
         points: value("Points").and_then(count),
-        statements: statements(lines, first.number),
         assumptions,
-        ..Preamble::default()
+        ..Preamble::above("Keysight Infiniium", &first, lines)
     })
 }
 
@@ -54,9 +40,8 @@ pub(super) fn waveform(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Meas
     let is_row = |line: &&Line<'_>| cells(line.text).iter().all(|cell| number(cell).is_some());
     let first = data.and_then(|at| lines[at + 1..].iter().find(is_row));
     let time_unit = value("X Units").unwrap_or("Second");
-    let seconds = parse_unit(time_unit).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
     let clock = [value("XOrg"), value("XInc")].map(|it| it.and_then(number));
-    let (Some(first), [Some(start), Some(step)], Some(factor)) = (first, clock, seconds) else {
+    let (Some(first), [Some(start), Some(step)], Some(factor)) = (first, clock, seconds(time_unit)) else {
         return Err(missing(
             path,
             "Keysight",
@@ -66,17 +51,13 @@ pub(super) fn waveform(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Meas
     let (start, step) = (start * factor, step * factor);
     let timed = cells(first.text).len() > 1;
     let names = timed.then(|| format!("time ({time_unit})")).into_iter();
-    let assumed = format!("instants from XOrg and XInc: {} and every {}", time(start), time(step));
+    let assumed = instants_from("XOrg and XInc", (start, step));
     Ok(Preamble {
-        instrument: "Keysight Infiniium",
-        body: first.at,
-        body_line: first.number,
         header: Some(names.chain([format!("value ({})", value("Y Units").unwrap_or("Volt"))]).collect()),
         grid: Some((start, step)).filter(|_| !timed),
         interval: Some(step),
         points: value("Points").and_then(count),
-        statements: statements(lines, first.number),
         assumptions: Some(assumed).filter(|_| !timed).into_iter().collect(),
-        ..Preamble::default()
+        ..Preamble::above("Keysight Infiniium", first, lines)
     })
 }

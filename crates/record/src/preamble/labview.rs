@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use super::{Line, MeasurementError, Place, Preamble, cells, line_at, missing, number, row_of, statements};
+use super::{Line, MeasurementError, Place, Preamble, cells, instants_from, line_at, missing, number, row_of};
 use granchain_signal::number::time;
 
 const END: &str = "***End_of_Header***";
@@ -75,9 +75,7 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
     let body = line_at(text, names.at + names.text.len() + 1);
     let end =
         heads.get(chosen + 1).map(|next| text[..*next].find(END).map_or(*next, |_| segment_end(text, body.at, *next)));
-    let assumed = grid
-        .filter(|_| timed == "No")
-        .map(|(start, step)| format!("instants from X0 and Delta_X: {} and every {}", time(start), time(step)));
+    let assumed = grid.filter(|_| timed == "No").map(|grid| instants_from("X0 and Delta_X", grid));
     Ok(Preamble {
         instrument: "LabVIEW",
         body: body.at,
@@ -108,15 +106,11 @@ pub(super) fn waveforms(lines: &[Line<'_>]) -> Option<Preamble> {
     let first = lines.get(head + 1)?;
     let names = cells(lines[head].text).into_iter().skip(1).map(str::to_owned);
     Some(Preamble {
-        instrument: "LabVIEW",
-        body: first.at,
-        body_line: first.number,
         header: Some(std::iter::once(String::new()).chain(names).collect()),
         grid: Some((0.0, step)),
         interval: Some(step),
-        statements: statements(lines, first.number),
         assumptions: vec![format!("instants from delta t: the first sample at 0, one every {}", time(step))],
-        ..Preamble::default()
+        ..Preamble::above("LabVIEW", first, lines)
     })
 }
 

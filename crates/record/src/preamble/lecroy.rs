@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use super::{Line, MeasurementError, Preamble, count, missing, statements};
+use super::{Line, MeasurementError, Preamble, count, missing};
 
 /// `LECROY…,serial,Waveform` / `Segments,n,SegmentSize,m` / `Segment,TrigTime,TimeSinceSegment1` / `#1,…` / `Time,Ampl`.
 pub(super) fn lecroy(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
@@ -14,14 +14,10 @@ pub(super) fn lecroy(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Measur
         }
     });
     Ok(Preamble {
-        instrument: "LeCroy",
-        body: header.at,
-        body_line: header.number,
         units: Some(("s".into(), "V".into())),
         points: segments.map(|(number, size)| number.saturating_mul(size)),
         segments,
-        statements: statements(lines, header.number),
         assumptions: vec!["LeCroy writes no units: time taken in s, amplitude in V".into()],
-        ..Preamble::default()
+        ..Preamble::above("LeCroy", header, lines)
     })
 }

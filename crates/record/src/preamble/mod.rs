@@ -40,6 +40,8 @@ mod yokogawa;
 
 use std::path::Path;
 
+use granchain_signal::{Dimension, number::time};
+
 use super::{DecimalSign, MeasurementError, Place, column::parse_unit, decimal};
 
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,6 +75,14 @@ pub(super) struct Preamble {
     pub statements: Vec<String>,
     /// Assumptions made because of the preamble.
     pub assumptions: Vec<String>,
+}
+
+impl Preamble {
+    /// Of a table that begins with the line `body`, below the lines of the preamble.
+    fn above(instrument: &'static str, body: &Line<'_>, lines: &[Line<'_>]) -> Self {
+        let (body, body_line) = (body.at, body.number);
+        Self { instrument, body, body_line, statements: statements(lines, body_line), ..Self::default() }
+    }
 }
 
 /// Most lines of a preamble.
@@ -209,6 +219,16 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
     let beside = rohde_schwarz::beside(path, text, line)?;
     let unknown = || unknown::unknown(&whole).or_else(|| unknown::unnamed(&whole));
     Ok(beside.or_else(|| tektronix::plain(line)).or_else(unknown))
+}
+
+/// Factor from a unit of time to seconds.
+fn seconds(unit: &str) -> Option<f64> {
+    parse_unit(unit).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor)
+}
+
+/// States where even instants are from; `grid` is the first one and their interval, s.
+fn instants_from(what: &str, (start, step): (f64, f64)) -> String {
+    format!("instants from {what}: {} and every {}", time(start), time(step))
 }
 
 fn missing(path: &Path, instrument: &'static str, wanted: &'static str) -> MeasurementError {

@@ -1,6 +1,6 @@
 //! Several lines that begin with `%`, the last of which names the columns: Moku, COMSOL.
 
-use super::{Line, Preamble, cells, number, statements};
+use super::{Line, Preamble, cells, number};
 
 /// The names stand apart by the delimiter of the rows, or by two blanks where blanks alone separate those.
 pub(super) fn percent(lines: &[Line<'_>]) -> Option<Preamble> {
@@ -16,11 +16,7 @@ pub(super) fn percent(lines: &[Line<'_>]) -> Option<Preamble> {
         return None;
     }
     Some(Preamble {
-        instrument: "unknown",
-        body: first.at,
-        body_line: first.number,
         header: Some(names.into_iter().map(str::to_owned).collect()),
-        statements: statements(lines, first.number),
-        ..Preamble::default()
+        ..Preamble::above("unknown", first, lines)
     })
 }

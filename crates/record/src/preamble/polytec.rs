@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use super::{Line, MeasurementError, Preamble, missing, statements};
+use super::{Line, MeasurementError, Preamble, missing};
 
 /// `Source File Name:` and other keys, a blank line, a header, a row of units in brackets.
 pub(super) fn polytec(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, MeasurementError> {
@@ -11,11 +11,5 @@ pub(super) fn polytec(path: &Path, lines: &[Line<'_>]) -> Result<Preamble, Measu
         .find(|pair| bracketed(&pair[1]))
         .map(|pair| pair[0])
         .ok_or_else(|| missing(path, "Polytec", "a line of units such as `[ s ]	[ m/s ]` below the header"))?;
-    Ok(Preamble {
-        instrument: "Polytec",
-        body: header.at,
-        body_line: header.number,
-        statements: statements(lines, header.number),
-        ..Preamble::default()
-    })
+    Ok(Preamble::above("Polytec", &header, lines))
 }

@@ -1,9 +1,6 @@
 //! Rigol: start and step of the record stand in the header.
 
-use granchain_signal::Dimension;
-
-use super::{Line, Preamble, cells, number, parse_unit, statements};
-use granchain_signal::number::time;
+use super::{Line, Preamble, cells, instants_from, number, seconds};
 
 /// `X,CH1,CH2,Start,Increment,` above `Sequence,Volt,Volt,-1.2e-03,4e-08`, with or without the counter X; or, on one line,
 /// `CH1V,CH2V,t0 =-1.2e-03, tInc = 4e-08,`. Older ones write a column of time, and nothing that is not read anyway.
@@ -37,8 +34,8 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
     let x = head.iter().position(|name| name.trim().eq_ignore_ascii_case("X"));
     // X counts the samples unless a unit of time stands below it: then it is the instant, and start and step are in that unit too.
     let of_x = x.and_then(|at| units.get(at));
-    let clock = of_x.and_then(|unit| parse_unit(unit).ok()).filter(|unit| unit.dimension == Dimension::TIME);
-    let factor = clock.map_or(1.0, |unit| unit.factor);
+    let clock = of_x.and_then(|unit| seconds(unit));
+    let factor = clock.unwrap_or(1.0);
     let grid = (grid.0 * factor, grid.1 * factor);
     let x_unit = of_x.filter(|_| clock.is_some()).copied().unwrap_or("s");
     let column = |(at, name): (usize, &&str)| {
@@ -57,17 +54,13 @@ pub(super) fn rigol(lines: &[Line<'_>]) -> Option<Preamble> {
     let x = x.filter(|at| row.get(*at).is_some_and(|cell| !cell.is_empty()));
     Some(Preamble {
         counter: x.filter(|_| clock.is_none()).map(|at| (at, grid.0, grid.1)),
-        instrument: "Rigol",
-        body: first.at,
-        body_line: first.number,
         header: Some(head.iter().enumerate().map(column).collect()),
         grid: Some(grid).filter(|_| x.is_none()),
         interval: Some(grid.1),
-        statements: statements(lines, first.number),
         assumptions: match clock {
             Some(_) => Vec::new(),
-            None => vec![format!("instants from the header: {} and every {}", time(grid.0), time(grid.1))],
+            None => vec![instants_from("the header", grid)],
         },
-        ..Preamble::default()
+        ..Preamble::above("Rigol", first, lines)
     })
 }

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use super::{Line, MeasurementError, Place, Preamble, bare, cells, count, lines, missing, number};
-use granchain_signal::number::time;
+use super::{Line, MeasurementError, Place, Preamble, bare, cells, count, instants_from, lines, missing, number};
 
 /// The file of keys that belongs to a file of values.
 pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Option<Preamble>, MeasurementError> {
@@ -62,10 +61,8 @@ pub(super) fn beside(path: &Path, whole: &str, first: &Line<'_>) -> Result<Optio
             .and_then(|it| count(&it.to_string())),
         statements: pairs.iter().map(|line| line.text.to_owned()).filter(|line| !line.is_empty()).collect(),
         assumptions: vec![format!(
-            "instants from {}: {} and every {}; values taken in {}",
-            keys.display(),
-            time(start),
-            time(step),
+            "{}; values taken in {}",
+            instants_from(&keys.display().to_string(), (start, step)),
             unit(0)
         )],
         ..Preamble::default()

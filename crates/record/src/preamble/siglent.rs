@@ -1,4 +1,4 @@
-use super::{Line, Preamble, cells, count, number, statements};
+use super::{Line, Preamble, cells, count, number};
 
 /// `Record Length,Analog:140000` / `Sample Interval,CH1:0.000002` / … / `Source,CH1` / `Second,Volt`, then instants of few digits and volts. Newer ones write
 /// `Second,Value`, and the unit of each channel above: `Vertical Units,CH1:V,CH2:A`.
@@ -29,13 +29,9 @@ pub(super) fn siglent(lines: &[Line<'_>]) -> Option<Preamble> {
         format!("{name} ({unit})")
     };
     Some(Preamble {
-        instrument: "Siglent",
-        body: first.at,
-        body_line: first.number,
         header: Some(unit_cells.iter().enumerate().filter(|(_, unit)| !unit.is_empty()).map(column).collect()),
         interval: value("Sample Interval").and_then(number).filter(|step| *step > 0.0),
         points: value("Record Length").and_then(count),
-        statements: statements(lines, first.number),
-        ..Preamble::default()
+        ..Preamble::above("Siglent", first, lines)
     })
 }

@@ -1,8 +1,6 @@
 use std::path::Path;
 
-use granchain_signal::Dimension;
-
-use super::{Line, MeasurementError, Preamble, cells, count, missing, number, parse_unit, row_of, statements, values};
+use super::{Line, MeasurementError, Preamble, cells, count, missing, number, row_of, seconds, statements, values};
 
 /// Keys and values above a header `TIME,CH1`, or beside the first rows (`Record Length,2500,,-0.1,0.02`).
 pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamble>, MeasurementError> {
@@ -20,7 +18,7 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
         None => "s".to_owned(),
     };
     let amplitude = unit("Vertical Units").unwrap_or_else(|| "V".to_owned());
-    let seconds = parse_unit(&time).ok().filter(|unit| unit.dimension == Dimension::TIME).map(|unit| unit.factor);
+    let seconds = seconds(&time);
     let assumptions = [("Horizontal Units", "time taken in s"), ("Vertical Units", "amplitude taken in V")]
         .into_iter()
         .filter(|(key, _)| unit(key).is_none())

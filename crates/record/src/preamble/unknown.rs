@@ -5,7 +5,7 @@ use super::{
         column::{Column, is_counter},
         dialect::row_delimiter,
     },
-    Line, Preamble, cells, number, parse_unit, statements,
+    Line, Preamble, cells, number, parse_unit,
 };
 
 /// Rows of numbers that make a table.
@@ -43,7 +43,7 @@ pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
         return None;
     }
     let line = &lines[header];
-    Some(from(line, lines, "header"))
+    Some(passed_over(line, lines, "header"))
 }
 
 /// Rows without names below several lines of text, the last of which may be the name of a single column.
@@ -70,16 +70,10 @@ pub(super) fn unnamed(lines: &[Line<'_>]) -> Option<Preamble> {
     }
     let named = width == 1 && Column::from_header(last).dimension().is_some();
     let line = said[first - usize::from(named)];
-    Some(from(line, lines, "rows"))
+    Some(passed_over(line, lines, "rows"))
 }
 
-fn from(line: &Line<'_>, lines: &[Line<'_>], what: &str) -> Preamble {
-    Preamble {
-        instrument: "unknown",
-        body: line.at,
-        body_line: line.number,
-        statements: statements(lines, line.number),
-        assumptions: vec![format!("lines 1 to {} above the {what} are passed over", line.number - 1)],
-        ..Preamble::default()
-    }
+fn passed_over(line: &Line<'_>, lines: &[Line<'_>], what: &str) -> Preamble {
+    let assumptions = vec![format!("lines 1 to {} above the {what} are passed over", line.number - 1)];
+    Preamble { assumptions, ..Preamble::above("unknown", line, lines) }
 }

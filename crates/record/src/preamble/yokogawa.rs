@@ -1,7 +1,4 @@
-use granchain_signal::Dimension;
-
-use super::{Line, Preamble, cells, count, number, parse_unit, row_of, statements};
-use granchain_signal::number::time;
+use super::{Line, Preamble, cells, count, instants_from, number, row_of, seconds};
 
 /// Quoted keys padded with blanks, a column a trace (`"TraceName"`, `"VUnit"`, `"HResolution"`, `"HOffset"`), then rows of values alone.
 pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
@@ -10,7 +7,7 @@ pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
     let (names, units) = (value("TraceName")?, value("VUnit").unwrap_or_default());
     let steps = value("HResolution")?;
     let factor = match value("HUnit").and_then(|units| units.first().copied()) {
-        Some(unit) => parse_unit(unit).ok().filter(|unit| unit.dimension == Dimension::TIME)?.factor,
+        Some(unit) => seconds(unit)?,
         None => 1.0,
     };
     let starts = value("HOffset").unwrap_or_default();
@@ -35,19 +32,12 @@ pub(super) fn yokogawa(lines: &[Line<'_>]) -> Option<Preamble> {
     let shifted = rows[at].first().is_some_and(|cell| cell.is_empty());
     let shift = shifted.then(String::new);
     Some(Preamble {
-        instrument: "Yokogawa",
-        body: first.at,
-        body_line: first.number,
         header: Some(shift.into_iter().chain(names.iter().enumerate().map(column)).collect()),
         grid: Some((start, step)).filter(|_| one),
         clocks: if one { Vec::new() } else { shifted.then_some(None).into_iter().chain(clocks).collect() },
         interval: Some(step).filter(|_| one),
         points: value("BlockSize").and_then(|it| count(it.first()?)),
-        statements: statements(lines, first.number),
-        assumptions: match one {
-            true => vec![format!("instants from HOffset and HResolution: {} and every {}", time(start), time(step))],
-            false => Vec::new(),
-        },
-        ..Preamble::default()
+        assumptions: one.then(|| instants_from("HOffset and HResolution", (start, step))).into_iter().collect(),
+        ..Preamble::above("Yokogawa", first, lines)
     })
 }
