@@ -1,7 +1,5 @@
 //! Column headers: name and unit of each column, and which column to read.
 
-use std::path::Path;
-
 use granchain_signal::{Dimension, QuantityError, Unit};
 
 use super::{
@@ -278,28 +276,27 @@ pub(super) struct Chosen {
 /// Rows with known instants (`timed`) need no time column. A sensitivity in the file applies to a column in volts
 /// unless the options state another.
 pub(super) fn choose(
-    path: &Path,
-    line: u64,
+    place: &Place,
     columns: &mut [Column],
     kind: RecordKind,
     options: &ReadOptions,
     timed: bool,
     stated: Option<Sensitivity>,
 ) -> Result<Chosen, MeasurementError> {
-    let times = time_column::candidates(path, line, columns, options);
+    let times = time_column::candidates(place, columns, options);
     let found = times.as_deref().unwrap_or_default();
     let value = match &options.column {
-        Some(wanted) => find(path, line, columns, wanted, "--channel"),
-        None => choose_value(path, line, columns, found, kind, options, stated),
+        Some(wanted) => find(place, columns, wanted, "--channel"),
+        None => choose_value(place, columns, found, kind, options, stated),
     };
-    let value = value.map_err(|error| envelope(path, line, columns, &error).unwrap_or(error));
+    let value = value.map_err(|error| envelope(place, columns, &error).unwrap_or(error));
     let several = found.len() > 1;
     let near = match &value {
         Ok(value) => *value,
         Err(MeasurementError::Ambiguous { numbers, .. }) => numbers[0] - 1,
         Err(_) => columns.len(),
     };
-    let time = times.and_then(|found| time_column::beside(path, line, columns, &found, near, timed));
+    let time = times.and_then(|found| time_column::beside(place, columns, &found, near, timed));
     if let (Some(unit), Ok(Some(time))) = (&options.time_unit, &time) {
         columns[*time].override_unit(unit);
     }
@@ -315,22 +312,22 @@ pub(super) fn choose(
     }
     let time_factor = match &time {
         Err(_) | Ok(None) => Ok(1.0),
-        Ok(Some(time)) => unit_of(path, line, &columns[*time], "time_s", "--read time_unit=UNIT").and_then(|unit| {
+        Ok(Some(time)) => unit_of(place, &columns[*time], "time_s", "--read time_unit=UNIT").and_then(|unit| {
             let of_time = unit.dimension == Dimension::TIME;
-            let wrong = || wrong(path, line, &columns[*time], unit, ("a time", kind), "--read time_column=NAME");
+            let wrong = || wrong(place, &columns[*time], unit, ("a time", kind), "--read time_column=NAME");
             if of_time { Ok(unit.factor) } else { Err(wrong()) }
         }),
     };
     let scaled = options.scale.or(stated).is_some();
     let volts_of = |column: &Column| MeasurementError::Volts {
-        place: Place::cell(path, line, &column.header),
+        place: place.of(&column.header),
         kind,
         unit: column.unit_text.clone().unwrap_or_default(),
     };
     let unscaled = |column: &Column| column.dimension() == Some(Dimension::VOLTAGE) && !scaled;
     let value_unit = match &value {
         Ok(value) if unscaled(&columns[*value]) => Err(volts_of(&columns[*value])),
-        Ok(value) => unit_of(path, line, &columns[*value], example(kind), "--unit"),
+        Ok(value) => unit_of(place, &columns[*value], example(kind), "--unit"),
         // Whichever is chosen: a sensitivity is missing besides.
         Err(MeasurementError::Ambiguous { numbers, .. })
             if numbers.iter().all(|number| unscaled(&columns[number - 1])) =>
@@ -354,7 +351,7 @@ pub(super) fn choose(
     let is_volts = value_unit.dimension == Dimension::VOLTAGE;
     if options.scale.is_some() && !is_volts {
         return Err(MeasurementError::ScaleWithoutVolts {
-            place: Place::cell(path, line, &column.header),
+            place: place.of(&column.header),
             unit: column.unit_text.clone().unwrap_or_default(),
         });
     }
@@ -368,31 +365,24 @@ pub(super) fn choose(
         | (Dimension::PRESSURE, RecordKind::Hydrophone) => {}
         (found, _) if volts.is_some() => {
             let scale = volts.map_or_else(String::new, |(_, scale)| scale.to_string());
-            let place = Place::cell(path, line, &column.header);
+            let place = place.of(&column.header);
             return Err(MeasurementError::WrongSensitivity { place, kind, scale, found });
         }
-        (_, RecordKind::HornTip) => {
-            return Err(wrong(path, line, column, value_unit, ("a displacement or a velocity", kind), "--channel"));
-        }
-        (_, RecordKind::Vibrometer) => {
-            return Err(wrong(path, line, column, value_unit, ("a velocity", kind), "--channel"));
-        }
-        (_, RecordKind::Hydrophone) => {
-            return Err(wrong(path, line, column, value_unit, ("a pressure", kind), "--channel"));
+        _ => {
+            let expected = match kind {
+                RecordKind::HornTip => "a displacement or a velocity",
+                RecordKind::Vibrometer => "a velocity",
+                RecordKind::Hydrophone => "a pressure",
+            };
+            return Err(wrong(place, column, value_unit, (expected, kind), "--channel"));
         }
     }
     Ok(Chosen { time, several, value, time_factor, value_unit, volts })
 }
 
-pub(super) fn ambiguous(
-    path: &Path,
-    line: u64,
-    columns: &[Column],
-    found: &[usize],
-    flag: &'static str,
-) -> MeasurementError {
+pub(super) fn ambiguous(place: &Place, columns: &[Column], found: &[usize], flag: &'static str) -> MeasurementError {
     MeasurementError::Ambiguous {
-        place: Place::line(path, line),
+        place: place.clone(),
         flag,
         candidates: found.iter().map(|&i| columns[i].header.clone()).collect(),
         numbers: found.iter().map(|&i| i + 1).collect(),
@@ -400,8 +390,7 @@ pub(super) fn ambiguous(
 }
 
 fn choose_value(
-    path: &Path,
-    line: u64,
+    place: &Place,
     columns: &[Column],
     times: &[usize],
     kind: RecordKind,
@@ -442,17 +431,17 @@ fn choose_value(
     match meant(columns, found, kind)[..] {
         [only] => Ok(only),
         [] => Err(MeasurementError::NoQuantity {
-            place: Place::line(path, line),
+            place: place.clone(),
             kind,
             columns: columns.iter().map(|column| column.header.clone()).collect(),
             open: others(&|column| column.unit.is_none()).into_iter().map(|i| columns[i].header.clone()).collect(),
         }),
-        ref several => Err(ambiguous(path, line, columns, several, "--channel")),
+        ref several => Err(ambiguous(place, columns, several, "--channel")),
     }
 }
 
 /// The refusal of the columns that an envelope's extremes stand in, `CH1_min` and `CH1_max`, instead of samples.
-fn envelope(path: &Path, line: u64, columns: &[Column], error: &MeasurementError) -> Option<MeasurementError> {
+fn envelope(place: &Place, columns: &[Column], error: &MeasurementError) -> Option<MeasurementError> {
     let MeasurementError::Ambiguous { numbers, flag: "--channel", .. } = error else { return None };
     let words = |number: usize| -> Vec<String> {
         let name = columns[number - 1].name.to_lowercase();
@@ -465,7 +454,7 @@ fn envelope(path: &Path, line: u64, columns: &[Column], error: &MeasurementError
         numbers.iter().find(is_pair).map(|other| [least, *other].map(|number| columns[number - 1].header.clone()))
     };
     let [least, greatest] = numbers.iter().find_map(pair)?;
-    Some(MeasurementError::Envelope { place: Place::line(path, line), least, greatest })
+    Some(MeasurementError::Envelope { place: place.clone(), least, greatest })
 }
 
 pub(super) fn positions(columns: &[Column], accept: impl Fn(&Column) -> bool) -> Vec<usize> {
@@ -474,8 +463,7 @@ pub(super) fn positions(columns: &[Column], accept: impl Fn(&Column) -> bool) ->
 
 /// The column that a flag names: by its whole header, else its name, else its number from 1.
 pub(super) fn find(
-    path: &Path,
-    line: u64,
+    place: &Place,
     columns: &[Column],
     wanted: &str,
     flag: &'static str,
@@ -486,13 +474,13 @@ pub(super) fn find(
             [] => {}
             [only] => return Ok(only),
             // A name that several have chooses none of them.
-            _ => return Err(ambiguous(path, line, columns, &found, flag)),
+            _ => return Err(ambiguous(place, columns, &found, flag)),
         }
     }
     match wanted.trim().parse::<usize>() {
         Ok(number) if (1..=columns.len()).contains(&number) => Ok(number - 1),
         _ => Err(MeasurementError::NoSuchColumn {
-            place: Place::line(path, line),
+            place: place.clone(),
             flag,
             wanted: wanted.into(),
             columns: columns.iter().map(|column| column.header.clone()).collect(),
@@ -501,33 +489,29 @@ pub(super) fn find(
 }
 
 fn unit_of(
-    path: &Path,
-    line: u64,
+    place: &Place,
     column: &Column,
     example: &'static str,
     flag: &'static str,
 ) -> Result<Unit, MeasurementError> {
     match &column.unit {
         Some(Ok(unit)) => Ok(*unit),
-        Some(Err(source)) => Err(MeasurementError::UnknownUnit {
-            place: Place::cell(path, line, &column.header),
-            flag,
-            source: source.clone(),
-        }),
-        None => Err(MeasurementError::NoUnit { place: Place::cell(path, line, &column.header), example, flag }),
+        Some(Err(source)) => {
+            Err(MeasurementError::UnknownUnit { place: place.of(&column.header), flag, source: source.clone() })
+        }
+        None => Err(MeasurementError::NoUnit { place: place.of(&column.header), example, flag }),
     }
 }
 
 fn wrong(
-    path: &Path,
-    line: u64,
+    place: &Place,
     column: &Column,
     unit: Unit,
     (expected, kind): (&'static str, RecordKind),
     flag: &'static str,
 ) -> MeasurementError {
     MeasurementError::WrongQuantity {
-        place: Place::cell(path, line, &column.header),
+        place: place.of(&column.header),
         expected,
         unit: column.unit_text.clone().unwrap_or_default(),
         actual: unit.dimension,

@@ -33,7 +33,12 @@ impl Place {
     /// A column in a line of a file.
     #[must_use]
     pub fn cell(path: &Path, line: u64, column: &str) -> Self {
-        Self { path: path.into(), line: Some(line), column: Some(column.into()) }
+        Self::line(path, line).of(column)
+    }
+
+    /// A column there.
+    pub(super) fn of(&self, column: &str) -> Self {
+        Self { column: Some(column.into()), ..self.clone() }
     }
 }
 

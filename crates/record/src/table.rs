@@ -248,7 +248,7 @@ pub(super) fn read(
     let grid = grid.or(said.map(|step| (0.0, step)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
-    let chosen = choose(path, header_at, &mut columns, kind, options, timed, stated);
+    let chosen = choose(&Place::line(path, header_at), &mut columns, kind, options, timed, stated);
     let mut chosen = chosen.map_err(|error| {
         if !has_numbers(&rows, dialect) {
             return MeasurementError::NoRows { place: Place::line(path, header_at) };

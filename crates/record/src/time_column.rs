@@ -1,7 +1,5 @@
 //! The column of time: by its unit or its name, and of several the one beside the chosen value.
 
-use std::path::Path;
-
 use granchain_signal::Dimension;
 
 use super::{
@@ -39,13 +37,12 @@ pub(super) fn is_named_or_numbered(column: &Column) -> bool {
 
 /// The columns that may be time.
 pub(super) fn candidates(
-    path: &Path,
-    line: u64,
+    place: &Place,
     columns: &[Column],
     options: &ReadOptions,
 ) -> Result<Vec<usize>, MeasurementError> {
     if let Some(wanted) = &options.time_column {
-        return Ok(vec![find(path, line, columns, wanted, "--read time_column=NAME")?]);
+        return Ok(vec![find(place, columns, wanted, "--read time_column=NAME")?]);
     }
     let of_time = |column: &Column| column.dimension() == Some(Dimension::TIME);
     let is_open = |column: &Column| column.dimension().is_none();
@@ -69,8 +66,7 @@ pub(super) fn candidates(
 
 /// The time among `found` of the value in column `value`: the nearest to its left.
 pub(super) fn beside(
-    path: &Path,
-    line: u64,
+    place: &Place,
     columns: &[Column],
     found: &[usize],
     value: usize,
@@ -78,11 +74,11 @@ pub(super) fn beside(
 ) -> Result<Option<usize>, MeasurementError> {
     let [first, _, ..] = found else {
         return match found.first() {
-            None if !timed => Err(without(path, line, columns)),
+            None if !timed => Err(without(place, columns)),
             only => Ok(only.copied()),
         };
     };
-    let ambiguous = |pool: &[usize]| Err(ambiguous(path, line, columns, pool, "--read time_column=NAME"));
+    let ambiguous = |pool: &[usize]| Err(ambiguous(place, columns, pool, "--read time_column=NAME"));
     let Some(nearest) = found.iter().rposition(|&at| at < value) else { return one_of(columns, found, ambiguous) };
     // Where a value stands first, the instants may stand to the right of each.
     if columns[..*first].iter().any(|column| column.dimension().is_some()) || !is_named_or_numbered(&columns[*first]) {
@@ -105,16 +101,16 @@ fn one_of(
     }
 }
 
-fn without(path: &Path, line: u64, columns: &[Column]) -> MeasurementError {
+fn without(place: &Place, columns: &[Column]) -> MeasurementError {
     let over = |column: &&Column| {
         let name = lower(&column.name);
         column.dimension() == Some(Dimension::FREQUENCY) || FREQUENCY_NAMES.contains(&name.as_str())
     };
     match columns.iter().find(over) {
-        Some(column) => MeasurementError::Spectrum { place: Place::cell(path, line, &column.header) },
+        Some(column) => MeasurementError::Spectrum { place: place.of(&column.header) },
         None => {
             let columns = columns.iter().map(|column| column.header.clone()).collect();
-            MeasurementError::NoTime { place: Place::line(path, line), columns, likely: None }
+            MeasurementError::NoTime { place: place.clone(), columns, likely: None }
         }
     }
 }

@@ -138,7 +138,7 @@ fn table(
             column.override_unit(unit);
         }
     }
-    let mut chosen = choose(path, 1, &mut columns, kind, options, timed, stated)?;
+    let mut chosen = choose(&Place::line(path, 1), &mut columns, kind, options, timed, stated)?;
     let value = chosen.value;
     let count = channels[value].values.len();
     // A column of instants is what was measured; a step beside it may be another's.

@@ -156,7 +156,7 @@ pub(in super::super) fn read(
     let kind = kind.unwrap_or_else(|| guess_kind(path, &columns, options, None));
     // The columns are known, whatever their names.
     let known = ReadOptions { time_column: Some("1".into()), column: Some("2".into()), ..options.clone() };
-    let chosen = choose(path, head.line, &mut columns, kind, &known, false, None)?;
+    let chosen = choose(&place, &mut columns, kind, &known, false, None)?;
     let (times, values, grid) = scaled(path, head, &chosen, numbers)?;
     if let Some((_, step)) = grid {
         // Half a unit of the last digit, at the last sample.
