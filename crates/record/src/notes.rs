@@ -277,11 +277,7 @@ impl Notes {
         source: NoiseSource,
         step: Option<f64>,
     ) {
-        let dimension = match recorded {
-            RecordedQuantity::Displacement => Dimension::LENGTH,
-            RecordedQuantity::Velocity => Dimension::VELOCITY,
-            RecordedQuantity::Pressure => Dimension::PRESSURE,
-        };
+        let (.., dimension) = recorded.described();
         let shown = |value| to_three_figures(value, dimension);
         match source {
             NoiseSource::Unknown => self.assume("noise: unknown, taken as none".into()),

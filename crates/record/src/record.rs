@@ -20,23 +20,24 @@ pub enum RecordedQuantity {
 }
 
 impl RecordedQuantity {
+    /// Its name, SI unit and dimension.
+    pub(super) const fn described(self) -> (&'static str, &'static str, Dimension) {
+        match self {
+            Self::Displacement => ("displacement", "m", Dimension::LENGTH),
+            Self::Velocity => ("velocity", "m/s", Dimension::VELOCITY),
+            Self::Pressure => ("pressure", "Pa", Dimension::PRESSURE),
+        }
+    }
+
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Displacement => "m",
-            Self::Velocity => "m/s",
-            Self::Pressure => "Pa",
-        }
+        self.described().1
     }
 }
 
 /// Refuses a horn that does not move at all.
 pub(super) fn check_motion(path: &Path, raw: &Series, recorded: RecordedQuantity) -> Result<(), MeasurementError> {
-    let dimension = match recorded {
-        RecordedQuantity::Displacement => Dimension::LENGTH,
-        RecordedQuantity::Velocity => Dimension::VELOCITY,
-        RecordedQuantity::Pressure => Dimension::PRESSURE,
-    };
+    let (.., dimension) = recorded.described();
     let still = raw.values.first().filter(|first| raw.values.iter().all(|value| value == *first));
     let value = still.map(|value| to_three_figures(*value, dimension));
     value.map_or(Ok(()), |value| Err(MeasurementError::ConstantDrive { path: path.into(), value }))
@@ -114,32 +115,29 @@ const SAME_FREQUENCY: f64 = 0.005;
 const DRIVE_CUTOFF: f64 = 10.0;
 
 impl RecordKind {
+    /// Quantity of [`Record::series`] of this kind.
+    const fn of_series(self) -> RecordedQuantity {
+        match self {
+            Self::HornTip => RecordedQuantity::Displacement,
+            Self::Vibrometer => RecordedQuantity::Velocity,
+            Self::Hydrophone => RecordedQuantity::Pressure,
+        }
+    }
+
     /// SI unit of [`Record::series`] of this kind.
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::HornTip => "m",
-            Self::Vibrometer => "m/s",
-            Self::Hydrophone => "Pa",
-        }
+        self.of_series().unit()
     }
 
     #[must_use]
     pub fn quantity(self) -> &'static str {
-        match self {
-            Self::HornTip => "displacement",
-            Self::Vibrometer => "velocity",
-            Self::Hydrophone => "pressure",
-        }
+        self.of_series().described().0
     }
 
     #[must_use]
     pub fn dimension(self) -> Dimension {
-        match self {
-            Self::HornTip => Dimension::LENGTH,
-            Self::Vibrometer => Dimension::VELOCITY,
-            Self::Hydrophone => Dimension::PRESSURE,
-        }
+        self.of_series().described().2
     }
 }
 
