@@ -12,11 +12,9 @@ struct Panel {
     start: u32,
     /// Number of columns, 1 to [`PANEL`].
     width: u32,
-    /// Rows of the same supernode right below: they follow one another.
-    inner: u32,
-    /// Rows below the supernode: where their numbers begin, and how many.
+    /// Rows below: where their numbers begin, and how many.
     pattern: u32,
-    outer: u32,
+    below: u32,
     /// Where its entries begin: the triangle on the diagonal by columns with inverted pivots (`width`² numbers), then row by row.
     values: usize,
 }
@@ -32,17 +30,15 @@ pub(crate) struct Panels {
 impl Panels {
     /// Add the supernode of the columns `start`…, with the rows `below` it; its entries by place in the supernode, row ≥ column.
     pub(crate) fn push(&mut self, start: usize, columns: usize, below: &[u32], entry: impl Fn(usize, usize) -> f64) {
-        let pattern = self.rows.len() as u32;
-        self.rows.extend(below);
-        let mut first = 0;
-        while first < columns {
+        let (pattern, all) = (self.rows.len(), columns + below.len());
+        self.rows.extend((start..start + columns).map(|row| row as u32).chain(below.iter().copied()));
+        for first in (0..columns).step_by(PANEL) {
             let width = PANEL.min(columns - first);
             self.panels.push(Panel {
                 start: (start + first) as u32,
                 width: width as u32,
-                inner: (columns - first - width) as u32,
-                pattern,
-                outer: below.len() as u32,
+                pattern: (pattern + first + width) as u32,
+                below: (all - first - width) as u32,
                 values: self.values.len(),
             });
             for column in first..first + width {
@@ -54,11 +50,10 @@ impl Panels {
                     });
                 }
             }
-            for row in first + width..columns + below.len() {
+            for row in first + width..all {
                 self.values.extend((first..first + width).map(|column| entry(row, column)));
             }
-            self.stored += width * (width + 1) / 2 + width * (columns - first - width + below.len());
-            first += width;
+            self.stored += width * (width + 1) / 2 + width * (all - first - width);
         }
     }
 
@@ -76,22 +71,20 @@ impl Panels {
         run(1, Solve::<false> { panels: self, x });
     }
 
-    /// The triangle on the diagonal, the rows of the same supernode below it, the rows further below with their numbers.
+    /// The triangle on the diagonal, the rows below it with their numbers.
     #[inline(always)]
     fn parts<const P: usize>(&self, panel: &Panel) -> Parts<'_, P> {
-        let (inner, outer) = (panel.inner as usize, panel.outer as usize);
-        let (entries, _) = self.values[panel.values..][..P * (P + inner + outer)].as_chunks::<P>();
-        let (triangle, rest) = entries.split_at(P);
-        let (near, far) = rest.split_at(inner);
-        Parts { start: panel.start as usize, triangle, near, far, rows: &self.rows[panel.pattern as usize..][..outer] }
+        let below = panel.below as usize;
+        let (entries, _) = self.values[panel.values..][..P * (P + below)].as_chunks::<P>();
+        let (triangle, entries) = entries.split_at(P);
+        Parts { start: panel.start as usize, triangle, entries, rows: &self.rows[panel.pattern as usize..][..below] }
     }
 }
 
 struct Parts<'a, const P: usize> {
     start: usize,
     triangle: &'a [[f64; P]],
-    near: &'a [[f64; P]],
-    far: &'a [[f64; P]],
+    entries: &'a [[f64; P]],
     rows: &'a [u32],
 }
 
@@ -144,15 +137,7 @@ impl<A: Arithmetic> Place<'_, A> {
             }
             self.x[parts.start + k] = own[k];
         }
-        for (row, entries) in (parts.start + P..).zip(parts.near) {
-            let row = &mut self.x[row];
-            let mut sum = *row;
-            for k in 0..P {
-                sum = a.minus(sum, entries[k], own[k]);
-            }
-            *row = sum;
-        }
-        for (&row, entries) in parts.rows.iter().zip(parts.far) {
+        for (&row, entries) in parts.rows.iter().zip(parts.entries) {
             let row = &mut self.x[row as usize];
             let mut sum = *row;
             for k in 0..P {
@@ -167,14 +152,8 @@ impl<A: Arithmetic> Place<'_, A> {
         // Rows last to first: the whole solve then runs backwards through memory in one line.
         let a = self.a;
         let mut own: [A::Row; P] = std::array::from_fn(|k| self.x[parts.start + k]);
-        for (&row, entries) in parts.rows.iter().zip(parts.far).rev() {
+        for (&row, entries) in parts.rows.iter().zip(parts.entries).rev() {
             let row = self.x[row as usize];
-            for k in 0..P {
-                own[k] = a.minus(own[k], entries[k], row);
-            }
-        }
-        for (row, entries) in (parts.start + P..parts.start + P + parts.near.len()).zip(parts.near).rev() {
-            let row = self.x[row];
             for k in 0..P {
                 own[k] = a.minus(own[k], entries[k], row);
             }
