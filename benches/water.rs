@@ -1,4 +1,4 @@
-//! Cost of disc and water behind a driven chain, one thread, in CPU seconds.
+//! Cost of disc and water under the force of a driven chain, one thread, in CPU seconds.
 //!
 //! - `cargo bench --bench water`: the water scene (six beads, 3.96 µm, 450 µs, steps of 25 ns) by the Rayleigh integral
 //!   and by acoustic elements of sides 0.1, 0.05 and 0.025 mm; exit code 1 where the first takes more than 0.5 s or the
@@ -7,15 +7,16 @@
 use std::{process::ExitCode, time::Instant};
 
 use granchain::{
-    model::water::{
-        OnWater, Water,
-        chain::{ChainInFront, run},
-        contact::DiscContact,
-        disc::{Disc, DiscMesh, DiscShape, Rim},
-        elements::{Baffle, DiscOnWater, DiscOnWaterSettings, WaterMesh},
-        rayleigh::{field::FieldPoint, motion::WetDisc},
+    model::{
+        self,
+        water::{
+            OnWater, Water,
+            disc::{Disc, DiscMesh, DiscShape, Rim},
+            elements::{Baffle, DiscOnWater, DiscOnWaterSettings, WaterMesh},
+            rayleigh::{field::FieldPoint, motion::WetDisc},
+        },
     },
-    scene::{Bead, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Material},
+    scene::{Material, load},
 };
 
 /// Seconds at most: the Rayleigh way, and the elements of 0.05 mm.
@@ -39,31 +40,26 @@ fn disc() -> Disc {
     Disc::new(&shape, &DiscMesh::default()).expect("the disc is meshed")
 }
 
-fn chain() -> ChainInFront {
-    ChainInFront {
-        beads: vec![Bead::sphere(0.5e-3, Material::chrome_steel()); 6],
-        gaps: vec![0.0; 7],
-        piston: FlatContact::Rigid,
-        damping: Damping {
-            kind: DampingKind::Linear,
-            coefficients: [(DampingTerm::Linear, 0.3)].into(),
-            placement: DampingPlacement::Beads,
-            tension: false,
-        },
-    }
+/// Force of the last bead on the disc at every step, N.
+fn force() -> Vec<f64> {
+    let scene = load("water", &["damping.at=beads".into(), "output_step=25 ns".into()]).expect("the scene is built in");
+    let mut response = model::run(&scene, &mut |_| true).expect("the scene runs");
+    response.contact_force.pop().map_or_else(Vec::new, |force| force.values)
 }
 
 /// Seconds of one run.
-fn timed(clock: Instant, on_water: &mut dyn OnWater) -> f64 {
-    let contact = DiscContact::new(&chain().beads[5], &disc(), PATCH).expect("the contact is made");
-    let drive = Drive { kind: DriveKind::GaussianBurst { cycles: 30.0 }, amplitude: 3.96e-6, frequency: 73e3 };
+fn timed(clock: Instant, force: &[f64], on_water: &mut dyn OnWater) -> f64 {
     let start = processor_time(clock);
-    run(&chain(), &*drive.motion(1.0), &contact, on_water, 1, DURATION).expect("the scene runs");
+    for force in &force[1..] {
+        on_water.predict();
+        on_water.push(*force);
+        std::hint::black_box(on_water.pressure(0));
+    }
     processor_time(clock) - start
 }
 
 fn main() -> ExitCode {
-    let clock = Instant::now();
+    let (clock, force) = (Instant::now(), force());
     println!("water scene, 450 us at 25 ns (18,000 steps), one thread, CPU time");
     println!("way                unknowns    factor     setup       run   us/step   wanted");
     let line = |way: &str, size: &str, factor: &str, setup: f64, run: f64, wanted: &str| {
@@ -76,7 +72,7 @@ fn main() -> ExitCode {
     let basis = disc().basis(4, PATCH).expect("the disc has modes");
     let mut modal = WetDisc::new(1e-3, &basis, &Water::fresh(), &[AXIS], STEP).expect("the point lies in the water");
     let setup = processor_time(clock) - start;
-    let rayleigh = timed(clock, &mut modal);
+    let rayleigh = timed(clock, &force, &mut modal);
     line("Rayleigh", "8", "", setup, rayleigh, "at most 0.5 s");
     let mut elements = f64::INFINITY;
     for side in [0.1e-3, 0.05e-3, 0.025e-3] {
@@ -91,7 +87,7 @@ fn main() -> ExitCode {
         };
         let mut meshed = DiscOnWater::new(disc(), &settings).expect("disc and water are factored");
         let setup = processor_time(clock) - start;
-        let run = timed(clock, &mut meshed);
+        let run = timed(clock, &force, &mut meshed);
         let (solid, fluid, factor) = meshed.size();
         let wanted = if side == 0.05e-3 { "at most 5 s" } else { "" };
         line(&format!("elements {side:.1e} m"), &(solid + fluid).to_string(), &factor.to_string(), setup, run, wanted);

@@ -21,17 +21,8 @@ use crate::{
     holder::HoldLoss,
     horn::{HornMotion, HornStep},
     response::EnergySums,
-    scene::{Bead, Damping, FlatContact, PistonMotion},
+    scene::{Bead, PistonMotion, Scene},
 };
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChainInFront {
-    pub beads: Vec<Bead>,
-    /// Initial gaps of the N + 1 contacts, m.
-    pub gaps: Vec<f64>,
-    pub piston: FlatContact,
-    pub damping: Damping,
-}
 
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -46,37 +37,6 @@ pub enum ChainOnWaterError {
     Patch { time: f64, source: PatchError },
     #[error("the chain is not finite at {time:.6e} s (step {step:.3e} s); shorten the step")]
     NonFinite { time: f64, step: f64 },
-}
-
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct WaterRun {
-    pub step: f64,
-    /// Pressure at each field point, Pa.
-    pub pressure: Vec<Vec<f64>>,
-    /// Force on the disc, N, ≥ 0.
-    pub disc_force: Vec<f64>,
-    /// Velocity of the last bead's centre, m/s.
-    pub last_bead_velocity: Vec<f64>,
-    /// When the last bead touched the disc for the last time, s; none if never.
-    pub last_touch: Option<f64>,
-    /// Work of the piston, J.
-    pub piston_work: f64,
-    /// Kinetic energy of the beads and elastic energy of all contacts at the end, J.
-    pub chain_energy: f64,
-    /// Energy lost in the dashpots, J.
-    pub dissipated: f64,
-    /// Energy of the disc at the end, J.
-    pub disc_energy: f64,
-    /// Work of the disc on the water, J.
-    pub work_on_water: f64,
-}
-
-impl WaterRun {
-    /// Energy unaccounted for over the piston's work, 1: the error of the fixed step.
-    pub fn imbalance(&self) -> f64 {
-        let found = self.chain_energy + self.dissipated + self.disc_energy + self.work_on_water;
-        (self.piston_work - found) / self.piston_work.abs().max(f64::MIN_POSITIVE)
-    }
 }
 
 pub(super) struct Moment<'a> {
@@ -103,34 +63,32 @@ pub(super) struct Totals {
     pub holder: u64,
 }
 
-/// Step a chain from equilibrium under the static force `preload` (N) through `instants` steps against a disc at rest, whose motion is
+/// Step the chain of a scene from equilibrium under its precompression through `instants` steps against a disc at rest, whose motion is
 /// counted from that equilibrium. `observe` sees every instant, the first included, and stops the run by `false`.
-#[allow(clippy::too_many_arguments, reason = "what stands on the bench, part by part")]
 pub(super) fn integrate_on_disc(
-    chain: &ChainInFront,
+    Scene { chain, piston, damping, .. }: &Scene,
     Attached { horn, hold }: &Attached<f64>,
     motion: &dyn PistonMotion,
     contact: &DiscContact,
-    preload: f64,
     disc: &mut dyn OnWater,
     instants: usize,
     observe: &mut dyn FnMut(&Moment<'_>) -> bool,
 ) -> Result<Totals, ChainOnWaterError> {
-    let count = chain.beads.len();
+    let (count, preload) = (chain.beads.len(), chain.precompression);
     if count == 0 || chain.gaps.len() != count + 1 {
         return Err(ChainOnWaterError::Count { beads: count, gaps: chain.gaps.len() });
     }
     let step = disc.step();
     let masses: Vec<f64> = chain.beads.iter().map(Bead::mass).collect();
-    let stiffness: Vec<f64> = std::iter::once(bead_flat_stiffness(&chain.beads[0], chain.piston))
+    let stiffness: Vec<f64> = std::iter::once(bead_flat_stiffness(&chain.beads[0], *piston))
         .chain(chain.beads.windows(2).map(|pair| bead_pair_stiffness(&pair[0], &pair[1])))
         .collect();
     // Overlaps at rest, less the gaps.
     let mut rest: Vec<f64> = stiffness.iter().map(|stiffness| (preload / stiffness).powf(2.0 / 3.0)).collect();
     rest.push(contact.indentation(preload) + contact.residual * preload);
     rest.iter_mut().zip(&chain.gaps).for_each(|(rest, gap)| *rest -= gap);
-    let dampers: Vec<Dashpot> = dashpots(&chain.damping, count + 1);
-    let tension = chain.damping.tension;
+    let dampers: Vec<Dashpot> = dashpots(damping, count + 1);
+    let tension = damping.tension;
     // The bead contacts with a dashpot: a run without any asks none for its force.
     let damped = dampers[..count].iter().filter(|dashpot| !dashpot.is_absent()).count();
     let at_disc = Some(dampers[count]).filter(|dashpot| !dashpot.is_absent());
@@ -307,34 +265,4 @@ fn settle(
         }
     }
     Ok(())
-}
-
-/// Run a chain at rest against a disc at rest for `duration` (s), with the disc's first `points` field points.
-pub fn run(
-    chain: &ChainInFront,
-    motion: &dyn PistonMotion,
-    contact: &DiscContact,
-    disc: &mut dyn OnWater,
-    points: usize,
-    duration: f64,
-) -> Result<WaterRun, ChainOnWaterError> {
-    let step = disc.step();
-    let instants = (duration / step).round() as usize;
-    let mut out = WaterRun { step, pressure: vec![Vec::with_capacity(instants + 1); points], ..WaterRun::default() };
-    let totals = integrate_on_disc(chain, &Attached::default(), motion, contact, 0.0, disc, instants, &mut |moment| {
-        let last = moment.force.len() - 1;
-        if moment.force[last] > 0.0 {
-            out.last_touch = Some(moment.time);
-        }
-        out.pressure.iter_mut().enumerate().for_each(|(point, trace)| trace.push(moment.disc.pressure(point)));
-        out.disc_force.push(moment.force[last]);
-        out.last_bead_velocity.push(moment.velocity[last]);
-        true
-    })?;
-    out.piston_work = totals.balance.piston_work;
-    out.dissipated = totals.balance.dissipated;
-    out.chain_energy = totals.balance.kinetic + totals.balance.stored;
-    out.disc_energy = disc.energy();
-    out.work_on_water = disc.work_on_water();
-    Ok(out)
 }

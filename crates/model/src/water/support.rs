@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 
 use super::{
     OnWater, UnitResponse, Water,
-    chain::{ChainInFront, ChainOnWaterError, Moment, integrate_on_disc},
+    chain::{ChainOnWaterError, Moment, integrate_on_disc},
     contact::DiscContact,
     disc::{Disc, DiscMesh, DiscModes, PATCH},
     elements::{DiscOnWater, DiscOnWaterSettings},
@@ -182,27 +182,20 @@ impl DiscSupport {
         let samples = steps / every + 1;
         let mut columns = Recorder::new(samples, count, false);
         let mut water_record = WaterRecord::new(self.water.as_ref(), samples);
-        let chain = ChainInFront {
-            beads: scene.chain.beads.clone(),
-            gaps: scene.chain.gaps.clone(),
-            piston: scene.piston,
-            damping: scene.damping,
-        };
         let preload = scene.chain.precompression;
         let masses: Vec<f64> = scene.chain.beads.iter().map(Bead::mass).collect();
         let attached = Attached::of(scene, &masses, self.step);
-        let totals =
-            integrate_on_disc(&chain, &attached, motion, contact, preload, disc, steps, &mut |moment: &Moment<'_>| {
-                if moment.instant.is_multiple_of(every) {
-                    columns.piston.push(moment.displacement[0]);
-                    push(&mut columns.displacement, moment.displacement[1..].iter().copied());
-                    push(&mut columns.velocity, moment.velocity[1..].iter().copied());
-                    push(&mut columns.force, moment.force.iter().copied());
-                    water_record.sample(moment.disc);
-                }
-                !moment.instant.is_multiple_of(REPORT) || progress(moment.time)
-            })
-            .map_err(WaterError::from)?;
+        let totals = integrate_on_disc(scene, &attached, motion, contact, disc, steps, &mut |moment: &Moment<'_>| {
+            if moment.instant.is_multiple_of(every) {
+                columns.piston.push(moment.displacement[0]);
+                push(&mut columns.displacement, moment.displacement[1..].iter().copied());
+                push(&mut columns.velocity, moment.velocity[1..].iter().copied());
+                push(&mut columns.force, moment.force.iter().copied());
+                water_record.sample(moment.disc);
+            }
+            !moment.instant.is_multiple_of(REPORT) || progress(moment.time)
+        })
+        .map_err(WaterError::from)?;
 
         let mut work = SolverWork {
             unknowns: 2 * count as u64,
