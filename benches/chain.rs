@@ -5,12 +5,9 @@
 use std::{hint::black_box, time::Instant};
 
 use granchain::{
-    model::{
-        Model,
-        chain::{
-            ChainModel, FiniteBodyLaws, InitialState,
-            ensemble::{Ensemble, Variation},
-        },
+    model::chain::{
+        ChainModel, FiniteBodyLaws, InitialState,
+        ensemble::{Ensemble, Variation},
     },
     scene::{
         Bead, Chain, ContactLaw, Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, Drive,

@@ -18,12 +18,9 @@ use std::{
 };
 
 use granchain::{
-    model::{
-        Model,
-        chain::{
-            ChainModel,
-            ensemble::{Ensemble, Variation},
-        },
+    model::chain::{
+        ChainModel,
+        ensemble::{Ensemble, Variation},
     },
     response::Response,
     scene::{self, Integrator, Scene},

@@ -2,7 +2,7 @@
 
 use granchain::{
     model::{
-        Model, ModelError,
+        ModelError,
         chain::{ChainModel, InitialState},
     },
     response::Response,
@@ -191,7 +191,8 @@ fn a_drive_that_is_not_finite_ends_in_a_typed_failure() {
         }
     }
     let scene = scene(RIGID, DampingKind::Linear);
-    let failure = ChainModel.run_with(&scene, &Broken, &InitialState::at_rest(6), &mut |_| true).err().unwrap();
+    let failure =
+        ChainModel.run_with_laws(&scene, None, &Broken, &InitialState::at_rest(6), &mut |_| true).err().unwrap();
     assert!(
         matches!(failure, ModelError::NonFinite { time, .. } | ModelError::StepUnderflow { time, .. } if (time - 10e-6).abs() < 1e-7),
         "{failure}"

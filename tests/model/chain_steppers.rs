@@ -2,7 +2,7 @@
 
 use granchain::{
     model::{
-        Model, ModelError,
+        ModelError,
         chain::{
             ChainModel,
             ensemble::{EffectVariation, Ensemble, Variation},

@@ -3,7 +3,6 @@
 use crate::fea_bench::{finish, mean_velocities, run, scene, still, thrown};
 use granchain::{
     model::{
-        Model,
         analytical::Collision,
         chain::ChainModel,
         contact_law::{Dashpot, bead_pair_stiffness},

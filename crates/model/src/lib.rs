@@ -29,11 +29,6 @@ use crate::{response::Response, scene::Scene};
 /// Called by a model now and then with the simulated time (s); returning `false` stops the run.
 pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
 
-pub trait Model {
-    /// Run the scene from rest (or precompressed equilibrium) to its duration.
-    fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError>;
-}
-
 fn need_drive(scene: &Scene, model: &'static str) -> Result<(), ModelError> {
     let Some(file) = scene.pending_record() else { return Ok(()) };
     let reason =

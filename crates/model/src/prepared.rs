@@ -93,7 +93,7 @@ impl Prepared {
     /// Run a scene with these bodies from rest (or precompressed equilibrium) to its duration.
     ///
     /// # Errors
-    /// [`ModelError::OtherBodies`] for a scene with other bodies, else as [`super::Model::run`].
+    /// [`ModelError::OtherBodies`] for a scene with other bodies, else as [`super::chain::ChainModel::run`].
     pub fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
         self.run_with(scene, scene.drive.motion(scene.amplitude_scale).as_ref(), progress)
     }

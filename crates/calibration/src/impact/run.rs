@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use granchain_model::{Model as _, ModelError, chain::ChainModel, chain::ensemble::Variation, scene::Scene};
+use granchain_model::{ModelError, chain::ChainModel, chain::ensemble::Variation, scene::Scene};
 use granchain_signal::Series;
 use nalgebra::SVector;
 use rand::{Rng as _, SeedableRng as _};

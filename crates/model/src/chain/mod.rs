@@ -42,7 +42,7 @@ use record::Grid;
 use system::System;
 
 use super::{
-    Estimate, Model, ModelError, Progress,
+    Estimate, ModelError, Progress,
     contact_law::{ALL_TERMS, Law, for_terms},
     estimate::refuse_excess,
 };
@@ -76,13 +76,12 @@ impl InitialState {
     }
 }
 
-impl Model for ChainModel {
-    fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
+impl ChainModel {
+    /// Run the scene from rest (or precompressed equilibrium) to its duration.
+    pub fn run(&self, scene: &Scene, progress: Progress<'_>) -> Result<Response, ModelError> {
         self.run_from(scene, &InitialState::at_rest(scene.chain.beads.len()), progress)
     }
-}
 
-impl ChainModel {
     /// Run the scene from a given state of the beads. A gap of `f64::INFINITY` takes a contact away, such as piston or support of a
     /// free chain.
     pub fn run_from(
@@ -92,22 +91,11 @@ impl ChainModel {
         progress: Progress<'_>,
     ) -> Result<Response, ModelError> {
         let motion = scene.drive.motion(scene.amplitude_scale);
-        self.run_with(scene, motion.as_ref(), initial, progress)
+        self.run_with_laws(scene, None, motion.as_ref(), initial, progress)
     }
 
-    /// As [`ChainModel::run_from`], with the piston moving as `motion` instead of the scene's drive.
-    pub fn run_with(
-        &self,
-        scene: &Scene,
-        motion: &dyn PistonMotion,
-        initial: &InitialState,
-        progress: Progress<'_>,
-    ) -> Result<Response, ModelError> {
-        self.run_with_laws(scene, None, motion, initial, progress)
-    }
-
-    /// As [`ChainModel::run_with`], with the laws of the scene's bodies where they are known already: see [`FiniteBodyLaws`]. They have no
-    /// effect where the scene asks for the law of Hertz.
+    /// As [`ChainModel::run_from`], with the piston moving as `motion` instead of the scene's drive, and with the laws of the scene's bodies where
+    /// they are known already: see [`FiniteBodyLaws`]. They have no effect where the scene asks for the law of Hertz.
     pub fn run_with_laws(
         &self,
         scene: &Scene,
