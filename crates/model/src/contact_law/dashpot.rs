@@ -48,14 +48,6 @@ macro_rules! for_terms {
                 const $name: $crate::contact_law::Terms = 2;
                 $body
             }
-            3 => {
-                const $name: $crate::contact_law::Terms = 3;
-                $body
-            }
-            4 => {
-                const $name: $crate::contact_law::Terms = 4;
-                $body
-            }
             _ => {
                 const $name: $crate::contact_law::Terms = $crate::contact_law::ALL_TERMS;
                 $body

@@ -10,6 +10,7 @@ use super::{
         face::Face,
     },
     factor::Half,
+    loss::StepLoss,
     operator::{Interfaces, Operator},
     profile::Profile,
     scheme::Coefficients,
@@ -42,6 +43,15 @@ struct Rigid {
     displacement: f64,
     velocity: f64,
     acceleration: f64,
+}
+
+impl Rigid {
+    /// At the end of a step under these forces over the mass, m/s².
+    fn after(self, c: &Coefficients, loss: Option<&StepLoss>, forced: f64) -> Self {
+        let Self { displacement: u, velocity: v, acceleration: a } = self;
+        let new = loss.map_or(forced, |loss| loss.braked(forced, c.lag, [v, c.velocity(v, a, 0.0)]));
+        Self { displacement: c.predicted(u, v, a) + c.gain * new, velocity: c.velocity(v, a, new), acceleration: new }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -196,20 +206,13 @@ impl Motion {
         let c = &operator.coefficients;
         for (slot, (out, rigid)) in out.iter_mut().zip(&self.rigid).enumerate().skip(1) {
             let Some(kind) = arrangement.kind(slot).filter(|&kind| arrangement.kinds[kind].is_free()) else { continue };
-            let Rigid { displacement: u, velocity: v, acceleration: a } = *rigid;
             let lagging = if c.lag > 0.0 {
                 c.lag * net_force(before, slot, ContactState::total) / arrangement.kinds[kind].total_mass()
             } else {
                 0.0
             };
-            let lagging = match &operator.losses[kind] {
-                None => lagging,
-                Some(loss) => loss.braked(lagging, c.lag, [v, c.velocity(v, a, 0.0)]),
-            };
-            *out = RigidPrediction {
-                displacement: c.predicted(u, v, a) + c.gain * lagging,
-                velocity: c.velocity(v, a, lagging),
-            };
+            let Rigid { displacement, velocity, .. } = rigid.after(c, operator.losses[kind].as_ref(), lagging);
+            *out = RigidPrediction { displacement, velocity };
         }
     }
 
@@ -293,16 +296,7 @@ impl Motion {
             let mass = arrangement.kinds[kind].total_mass();
             let old = if c.lag > 0.0 { c.lag * net_force(before, slot, ContactState::total) } else { 0.0 };
             let new = ((1.0 - c.lag) * net_force(contacts, slot, ContactState::total) + old) / mass;
-            let Rigid { displacement: u, velocity: v, acceleration: a } = self.rigid[slot];
-            let new = match &operator.losses[kind] {
-                None => new,
-                Some(loss) => loss.braked(new, c.lag, [v, c.velocity(v, a, 0.0)]),
-            };
-            self.rigid[slot] = Rigid {
-                displacement: c.predicted(u, v, a) + c.gain * new,
-                velocity: c.velocity(v, a, new),
-                acceleration: new,
-            };
+            self.rigid[slot] = self.rigid[slot].after(c, operator.losses[kind].as_ref(), new);
         }
         profile.update += lap.lap();
     }
