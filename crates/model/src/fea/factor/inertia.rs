@@ -17,9 +17,9 @@ use crate::fea::body::Body;
 /// Parlett (1998), *The Symmetric Eigenvalue Problem*, §3.3.
 pub fn eigenvalues_below(body: &Body, shift: f64) -> Result<usize, FactorError> {
     let ordering = Ordering::interface_last(body, &[], None)?;
-    let matrix = ordering.matrix(body, 1.0, -shift);
-    let (symbolic, values) = ldlt(matrix.view(), SymmetricOrdering::Identity).map_err(|failure| match failure {
-        Failure::Size(source) => FactorError::Size { unknowns: matrix.order(), source },
+    let matrix = ordering.matrix(body, 1.0, -shift)?;
+    let (symbolic, values) = ldlt(matrix.as_ref(), SymmetricOrdering::Identity).map_err(|failure| match failure {
+        Failure::Size(source) => FactorError::Size { unknowns: matrix.nrows(), source },
         Failure::Pivot(_) => FactorError::Singular { mass_scale: shift },
     })?;
     let Some(pattern) = supernodal(&symbolic) else { return Ok(0) };

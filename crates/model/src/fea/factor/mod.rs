@@ -102,10 +102,10 @@ impl Factor {
         pinned: Option<u32>,
     ) -> Result<Self, FactorError> {
         let ordering = Ordering::interface_last(body, interface, pinned)?;
-        let matrix = ordering.matrix(body, stiffness_scale, mass_scale);
+        let matrix = ordering.matrix(body, stiffness_scale, mass_scale)?;
         tally::add(|made| made.factorisations += 1);
         let cholesky =
-            Cholesky::new(matrix.view()).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
+            Cholesky::new(matrix.as_ref()).map_err(|failure| failure.at(&ordering, stiffness_scale, mass_scale))?;
         let panels = Panels::new(cholesky.supernodes());
         let tail = Panels::dense(&cholesky.trailing(2 * ordering.last()));
         let mut fixed = body.dofs().fixed().to_vec();

@@ -2,7 +2,7 @@
 
 use faer::{
     dyn_stack::{MemBuffer, MemStack},
-    sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef, linalg::amd},
+    sparse::{CreationError, FaerError, SparseColMat, Triplet, linalg::amd},
 };
 
 use super::FactorError;
@@ -10,52 +10,13 @@ use crate::fea::{assembly::DofMap, body::Body};
 
 const NOWHERE: u32 = u32::MAX;
 
-/// A symmetric matrix by the columns of its upper triangle, rows ascending.
-#[derive(Debug, Clone)]
-pub(super) struct Upper {
-    pub starts: Vec<u32>,
-    pub rows: Vec<u32>,
-    pub values: Vec<f64>,
-}
-
-impl Upper {
-    pub(crate) fn order(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    pub(super) fn view(&self) -> SparseColMatRef<'_, u32, f64> {
-        SparseColMatRef::new(self.pattern(), &self.values)
-    }
-
-    pub(crate) fn pattern(&self) -> SymbolicSparseColMatRef<'_, u32> {
-        SymbolicSparseColMatRef::new_checked(self.order(), self.order(), &self.starts, None, &self.rows)
-    }
-
-    /// From entries in any order, each once, in either triangle.
-    fn new(order: usize, entries: &[(u32, u32, f64)]) -> Self {
-        // Sorted by row, then stably by column: both by counting.
-        let by = |key: &dyn Fn(&(u32, u32, f64)) -> u32, entries: &[(u32, u32, f64)]| {
-            let mut starts = vec![0_u32; order + 1];
-            for entry in entries {
-                starts[key(entry) as usize + 1] += 1;
-            }
-            for k in 0..order {
-                starts[k + 1] += starts[k];
-            }
-            let mut next = starts.clone();
-            let mut sorted = vec![(0, 0, 0.0); entries.len()];
-            for entry in entries {
-                let place = &mut next[key(entry) as usize];
-                sorted[*place as usize] = *entry;
-                *place += 1;
-            }
-            (starts, sorted)
-        };
-        let (_, by_row) = by(&|entry| entry.0.min(entry.1), entries);
-        let (starts, sorted) = by(&|entry| entry.0.max(entry.1), &by_row);
-        let rows = sorted.iter().map(|entry| entry.0.min(entry.1)).collect();
-        Self { starts, rows, values: sorted.iter().map(|entry| entry.2).collect() }
-    }
+/// A symmetric matrix by the columns of its upper triangle, from entries in either triangle, each once.
+fn upper(order: usize, entries: impl Iterator<Item = (u32, u32, f64)>) -> Result<SparseColMat<u32, f64>, FaerError> {
+    let entries: Vec<_> = entries.map(|(i, j, value)| Triplet::new(i.min(j), i.max(j), value)).collect();
+    SparseColMat::try_new_from_triplets(order, order, &entries).map_err(|error| match error {
+        CreationError::Generic(error) => error,
+        CreationError::OutOfBounds { .. } => FaerError::IndexOverflow,
+    })
 }
 
 /// The order of a body's nodes, the two unknowns of each one behind the other.
@@ -92,7 +53,7 @@ impl Ordering {
         }
         let interior = (0..is_inside.len() as u32).filter(|&node| is_inside[node as usize]).collect();
         let natural = Self::of(interior, 0, fixed);
-        let permuted = minimum_degree(&natural.neighbours(body))
+        let permuted = minimum_degree(&natural, body)
             .map_err(|source| FactorError::Size { unknowns: dofs.free().len(), source })?;
         let mut nodes: Vec<u32> = permuted.iter().map(|&place| natural.nodes[place as usize]).collect();
         nodes.extend(&last);
@@ -140,15 +101,14 @@ impl Ordering {
         })
     }
 
-    fn neighbours(&self, body: &Body) -> Upper {
-        let place = |node: u32| self.position[node as usize];
-        let entries: Vec<_> = self.coupled(body).map(|(row, column)| (place(row), place(column), 1.0)).collect();
-        Upper::new(self.nodes.len(), &entries)
-    }
-
     /// κ K + σ M in this order; 1 on the diagonal of an unknown that stays zero. Both unknowns of two coupled nodes are entries, zero or not: their
     /// columns stay together in the factor.
-    pub(crate) fn matrix(&self, body: &Body, stiffness_scale: f64, mass_scale: f64) -> Upper {
+    pub(crate) fn matrix(
+        &self,
+        body: &Body,
+        stiffness_scale: f64,
+        mass_scale: f64,
+    ) -> Result<SparseColMat<u32, f64>, FactorError> {
         let mut entries = Vec::with_capacity(body.stiffness().stored());
         for (row, column) in self.coupled(body) {
             let mass = body.mass().get(row, column);
@@ -167,15 +127,18 @@ impl Ordering {
                 entries.push((place(row, d), place(column, e), entry));
             }
         }
-        Upper::new(2 * self.nodes.len(), &entries)
+        upper(2 * self.nodes.len(), entries.into_iter())
+            .map_err(|source| FactorError::Size { unknowns: self.unknowns(), source })
     }
 }
 
-fn minimum_degree(matrix: &Upper) -> Result<Vec<u32>, FaerError> {
-    let order = matrix.order();
+fn minimum_degree(natural: &Ordering, body: &Body) -> Result<Vec<u32>, FaerError> {
+    let (order, place) = (natural.nodes.len(), |node: u32| natural.position[node as usize]);
+    let pairs = natural.coupled(body).map(|(row, column)| (place(row), place(column), 1.0));
+    let matrix = upper(order, pairs)?;
     let (mut forward, mut inverse) = (vec![0_u32; order], vec![0_u32; order]);
-    let needed = amd::order_scratch::<u32>(order, matrix.rows.len());
+    let needed = amd::order_scratch::<u32>(order, matrix.row_idx().len());
     let mut memory = MemBuffer::try_new(needed).map_err(|_| FaerError::OutOfMemory)?;
-    amd::order(&mut forward, &mut inverse, matrix.pattern(), amd::Control::default(), MemStack::new(&mut memory))?;
+    amd::order(&mut forward, &mut inverse, matrix.symbolic(), amd::Control::default(), MemStack::new(&mut memory))?;
     Ok(forward)
 }
