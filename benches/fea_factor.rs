@@ -25,11 +25,11 @@ use faer::{
 };
 use granchain::{
     model::fea::{
-        body::{Body, ContactMass},
+        body::Body,
         factor::Factor,
         mesh::{BeadMesh, bead},
     },
-    scene::Material,
+    scene::{ContactMass, Material},
 };
 
 /// 4/Δt² at 0.1 µs, 1/s².

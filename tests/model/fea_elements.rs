@@ -6,12 +6,12 @@ use faer::{Mat, linalg::solvers::Solve as _};
 use granchain::{
     model::fea::{
         assembly::{Columns, DofMap},
-        body::{Body, BodyError, ContactMass},
+        body::{Body, BodyError},
         element::{ElementError, elasticity, interpolate},
         factor::Factor,
         mesh::{BeadMesh, Boundary, Element, Mesh, Shape, bead},
     },
-    scene::Material,
+    scene::{ContactMass, Material},
 };
 
 const SHAPES: [Shape; 2] = [Shape::Quadrilateral8, Shape::Triangle6];

@@ -4,11 +4,11 @@ use faer::{Mat, linalg::solvers::Solve as _};
 use granchain::{
     model::fea::{
         assembly::{Columns, DofMap},
-        body::{Body, ContactMass},
+        body::Body,
         factor::{Factor, FactorError, StaticFactor, eigenvalues_below},
         mesh::{Boundary, Element, Mesh, Shape},
     },
-    scene::Material,
+    scene::{ContactMass, Material},
 };
 
 /// A cylinder of unit radius and height 2 in n × 2n quadrilaterals of a wavy grid, with its top and bottom as boundaries.

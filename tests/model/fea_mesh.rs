@@ -5,19 +5,20 @@ use std::{
     f64::consts::PI,
 };
 
-use granchain::model::fea::mesh::{
-    AnnulusMesh, BeadMesh, Boundary, HalfTorus, Mesh, MeshError, PatchElements, Shape, annulus, bead, quality,
+use granchain::{
+    model::fea::mesh::{AnnulusMesh, BeadMesh, Boundary, HalfTorus, Mesh, MeshError, Shape, annulus, bead, quality},
+    scene::Elements,
 };
 
 const RADIUS: f64 = 0.5e-3;
 const SPHERE: f64 = 4.0 / 3.0 * PI * RADIUS * RADIUS * RADIUS;
-const KINDS: [PatchElements; 2] = [PatchElements::Quadrilateral, PatchElements::Mixed];
+const KINDS: [Elements; 2] = [Elements::Quadrilaterals, Elements::Mixed];
 
-fn bead_of(density: usize, elements: PatchElements) -> Mesh {
+fn bead_of(density: usize, elements: Elements) -> Mesh {
     bead(RADIUS, &BeadMesh { elements, ..BeadMesh::of_density(density) }).unwrap()
 }
 
-fn annulus_of(density: usize, elements: PatchElements) -> Mesh {
+fn annulus_of(density: usize, elements: Elements) -> Mesh {
     annulus(&HalfTorus::published(), &AnnulusMesh { elements, ..AnnulusMesh::of_density(density) }).unwrap()
 }
 
@@ -137,7 +138,7 @@ fn surface_nodes_lie_on_the_circle_to_rounding() {
 
 #[test]
 fn boundaries_begin_at_the_pole_and_cover_the_surface_without_a_gap() {
-    let mesh = bead_of(12, PatchElements::Quadrilateral);
+    let mesh = bead_of(12, Elements::Quadrilaterals);
     let place = |node: u32| mesh.nodes[node as usize];
     let (front, back, side) =
         (mesh.boundary("front").unwrap(), mesh.boundary("back").unwrap(), mesh.boundary("side").unwrap());
@@ -157,7 +158,7 @@ fn boundaries_begin_at_the_pole_and_cover_the_surface_without_a_gap() {
     }
 
     let torus = HalfTorus::published();
-    let mesh = annulus_of(12, PatchElements::Quadrilateral);
+    let mesh = annulus_of(12, Elements::Quadrilaterals);
     let contact = &mesh.boundary("contact").unwrap().nodes;
     assert_eq!(contact.len(), 49);
     assert!(contact.windows(2).all(|pair| mesh.nodes[pair[0] as usize][0] < mesh.nodes[pair[1] as usize][0]));
@@ -180,7 +181,7 @@ fn boundaries_begin_at_the_pole_and_cover_the_surface_without_a_gap() {
 
 #[test]
 fn a_middle_node_of_a_pole_patch_has_the_mean_radius_of_its_neighbours() {
-    let mesh = bead_of(12, PatchElements::Mixed);
+    let mesh = bead_of(12, Elements::Mixed);
     for name in ["front", "back"] {
         let nodes = &mesh.boundary(name).unwrap().nodes;
         for start in (0..nodes.len() - 1).step_by(2) {
@@ -192,7 +193,7 @@ fn a_middle_node_of_a_pole_patch_has_the_mean_radius_of_its_neighbours() {
 
 #[test]
 fn nodal_weights_of_a_pole_patch_are_as_one_to_four_and_zero_at_the_pole() {
-    let mesh = bead_of(12, PatchElements::Quadrilateral);
+    let mesh = bead_of(12, Elements::Quadrilaterals);
     let back = mesh.boundary("back").unwrap();
     let weights = weights(&mesh, back);
     let r = |i: usize| mesh.nodes[back.nodes[i] as usize][0];
@@ -213,7 +214,7 @@ fn nodal_weights_of_a_pole_patch_are_as_one_to_four_and_zero_at_the_pole() {
 #[test]
 fn surface_vertices_follow_the_power_law_and_grow_smoothly_into_the_strip() {
     for density in [8, 12, 16, 24] {
-        let mesh = bead_of(density, PatchElements::Quadrilateral);
+        let mesh = bead_of(density, Elements::Quadrilaterals);
         let r = |node: u32| mesh.nodes[node as usize][0];
         let back: Vec<u32> = mesh.boundary("back").unwrap().nodes.iter().copied().step_by(2).collect();
         for (i, node) in back.iter().enumerate() {
@@ -236,7 +237,7 @@ fn surface_vertices_follow_the_power_law_and_grow_smoothly_into_the_strip() {
 
 #[test]
 fn a_node_stands_at_the_centre_of_the_bead() {
-    assert!(bead_of(12, PatchElements::Quadrilateral).nodes.contains(&[0.0, 0.0]));
+    assert!(bead_of(12, Elements::Quadrilaterals).nodes.contains(&[0.0, 0.0]));
 }
 
 #[test]
@@ -278,7 +279,7 @@ fn every_inner_side_is_shared_by_two_elements_with_one_middle() {
 
 #[test]
 fn the_mixed_mesh_has_triangles_in_the_patches_only() {
-    let mesh = bead_of(12, PatchElements::Mixed);
+    let mesh = bead_of(12, Elements::Mixed);
     let triangles = mesh.elements.iter().filter(|element| element.shape == Shape::Triangle6).count();
     // Two patches of three blocks of 12 × 12, two triangles each.
     assert_eq!(triangles, 2 * 3 * 144 * 2);
@@ -291,7 +292,7 @@ fn the_mixed_mesh_has_triangles_in_the_patches_only() {
 
 #[test]
 fn the_default_bead_has_the_size_it_was_designed_for() {
-    let found = quality(&bead_of(12, PatchElements::Quadrilateral));
+    let found = quality(&bead_of(12, Elements::Quadrilaterals));
     // About 1,600 elements and 10,000 unknowns; 49 contact nodes a pole.
     assert!((1500..1750).contains(&found.elements), "{}", found.elements);
     assert!((9_000..10_600).contains(&found.unknowns), "{}", found.unknowns);
@@ -311,7 +312,7 @@ fn settings_out_of_range_are_refused_with_what_was_found() {
 
 #[test]
 fn an_element_inside_out_is_named_with_its_place() {
-    let mut mesh = bead_of(4, PatchElements::Quadrilateral);
+    let mut mesh = bead_of(4, Elements::Quadrilaterals);
     mesh.elements[7].nodes[..4].reverse();
     let MeshError::NegativeJacobian { element, r, z, determinant } = mesh.check().unwrap_err() else { panic!() };
     assert_eq!(element, 8);

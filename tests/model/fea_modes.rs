@@ -6,17 +6,17 @@ use faer::{Mat, linalg::solvers::Solve as _};
 use granchain::{
     model::fea::{
         assembly::Columns,
-        body::{Body, ContactMass},
-        mesh::{BeadMesh, Mesh, PatchElements, bead},
+        body::Body,
+        mesh::{BeadMesh, Mesh, bead},
         modes::{Modes, ModesError, modes, predict},
     },
-    scene::Material,
+    scene::{ContactMass, Elements, Material},
 };
 
 /// Spheroidal modes of the free steel sphere of 1 mm, Hz: l = 2, 1, 3, 0, 2, 4 (Lamb's equation), printed to 5 or 6 digits.
 const SPHERE: [f64; 6] = [2.646_22e6, 3.529_97e6, 3.9374e6, 4.9955e6, 5.0069e6, 5.0459e6];
 
-fn sphere(density: usize, elements: PatchElements, mass: ContactMass) -> Body {
+fn sphere(density: usize, elements: Elements, mass: ContactMass) -> Body {
     let mesh = bead(0.5e-3, &BeadMesh { elements, ..BeadMesh::of_density(density) }).unwrap();
     Body::new(mesh, &[Material::chrome_steel()], &[], &["front", "back"], mass).unwrap()
 }
@@ -45,9 +45,9 @@ fn product(body: &Body, modes: &Modes, stiffness: bool) -> Mat<f64> {
 #[test]
 fn a_free_sphere_rings_at_its_analytic_frequencies() {
     for (density, elements, first, all) in [
-        (12, PatchElements::Quadrilateral, 5e-4, 5e-3),
-        (12, PatchElements::Mixed, 5e-4, 5e-3),
-        (24, PatchElements::Quadrilateral, 5e-4, 1e-3),
+        (12, Elements::Quadrilaterals, 5e-4, 5e-3),
+        (12, Elements::Mixed, 5e-4, 5e-3),
+        (24, Elements::Quadrilaterals, 5e-4, 1e-3),
     ] {
         let body = sphere(density, elements, ContactMass::Consistent);
         let modes = modes(&body, 7).unwrap();
@@ -62,7 +62,7 @@ fn a_free_sphere_rings_at_its_analytic_frequencies() {
 #[test]
 fn modes_are_orthonormal_in_mass_and_diagonal_in_stiffness() {
     for mass in [ContactMass::Consistent, ContactMass::Massless] {
-        let body = sphere(8, PatchElements::Quadrilateral, mass);
+        let body = sphere(8, Elements::Quadrilaterals, mass);
         let modes = modes(&body, 30).unwrap();
         let (weight, stiffness) = (product(&body, &modes, false), product(&body, &modes, true));
         let highest = (TAU * modes.frequencies[29]).powi(2);
@@ -80,14 +80,14 @@ fn modes_are_orthonormal_in_mass_and_diagonal_in_stiffness() {
 
 #[test]
 fn massless_contact_nodes_hardly_change_the_modes() {
-    let body = sphere(12, PatchElements::Quadrilateral, ContactMass::Massless);
+    let body = sphere(12, Elements::Quadrilaterals, ContactMass::Massless);
     let errors = errors(&modes(&body, 7).unwrap());
     assert!(errors.iter().all(|error| error.abs() < 5e-3), "{errors:?}");
 }
 
 #[test]
 fn a_dropped_mode_is_caught_by_the_count() {
-    let body = sphere(4, PatchElements::Quadrilateral, ContactMass::Massless);
+    let body = sphere(4, Elements::Quadrilaterals, ContactMass::Massless);
     let modes = modes(&body, 10).unwrap();
     let place = 0.5 * (modes.frequencies[8] + modes.frequencies[9]);
     assert_eq!(predict(&body, &modes.frequencies, place).unwrap().modes, 9);
@@ -133,7 +133,7 @@ fn modes_of_a_clamped_body_are_those_of_dense_algebra() {
 
 #[test]
 fn more_modes_than_a_mesh_can_carry_are_refused() {
-    let body = sphere(2, PatchElements::Quadrilateral, ContactMass::Massless);
+    let body = sphere(2, Elements::Quadrilaterals, ContactMass::Massless);
     assert!(matches!(modes(&body, 0), Err(ModesError::Count { asked: 0, .. })));
     let Err(ModesError::Count { available, .. }) = modes(&body, 1_000_000) else { panic!("accepted") };
     assert!((10..body.dofs().free().len()).contains(&available));

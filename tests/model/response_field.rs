@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use granchain::{
-    model::fea::mesh::{BeadMesh, PatchElements, bead},
+    model::fea::mesh::{BeadMesh, bead},
     response::{CellKind, Field, FieldBody, FieldError, FieldMesh, VtuError, write_pvd, write_vtu},
+    scene::Elements,
 };
 use roxmltree::Document;
 
@@ -94,7 +95,7 @@ fn the_same_field_gives_the_same_bytes() {
 
 #[test]
 fn quantities_that_were_not_computed_are_left_out() {
-    let mesh = bead(0.5e-3, &BeadMesh { elements: PatchElements::Mixed, ..BeadMesh::of_density(4) }).unwrap();
+    let mesh = bead(0.5e-3, &BeadMesh { elements: Elements::Mixed, ..BeadMesh::of_density(4) }).unwrap();
     let cells = Arc::new(mesh.to_field_mesh());
     let at_rest = Field { time: 0.0, bodies: vec![FieldBody::at_rest("bead", cells, 0.0)] };
     let text = text(&at_rest);

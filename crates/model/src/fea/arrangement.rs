@@ -2,16 +2,16 @@
 
 use super::{
     FeaError,
-    body::{self, Body},
+    body::Body,
     contact::pair::{Pair, Pole, Profile},
     factor::FactorError,
     loss::BodyLoss,
-    mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, PatchElements},
+    mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh},
     modes::ModesError,
 };
 use crate::{
     contact_law::{Dashpot, dashpots},
-    scene::{AnnulusShape, Bead, ContactMass, Elements, FlatContact, Material, MeshFile, Scene, Support},
+    scene::{AnnulusShape, Bead, ContactMass, FlatContact, Material, MeshFile, Scene, Support},
     water::{
         disc::{Disc, DiscError},
         front::Front,
@@ -50,11 +50,7 @@ impl Arrangement {
         if scene.piston == FlatContact::HalfSpace {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
-        let settings = scene.model.meshing();
-        let mass = match settings.contact_mass {
-            ContactMass::Massless => body::ContactMass::Massless,
-            ContactMass::Consistent => body::ContactMass::Consistent,
-        };
+        let mass = scene.model.meshing().contact_mass;
         let mut kinds = Vec::new();
         let mut known: Vec<&Bead> = Vec::new();
         let mut of_bead = Vec::with_capacity(beads.len());
@@ -254,13 +250,6 @@ impl Arrangement {
     }
 }
 
-fn patch_elements(elements: Elements) -> PatchElements {
-    match elements {
-        Elements::Quadrilaterals => PatchElements::Quadrilateral,
-        Elements::Mixed => PatchElements::Mixed,
-    }
-}
-
 /// Whether the nodes of a pole's boundary lie on a sphere of that radius (m), to a millionth of it: then its gaps are known between them too.
 fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
     let (front, back) = mesh.poles();
@@ -279,7 +268,7 @@ pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), Fe
     match &bead.mesh {
         None => {
             let form = BeadMesh {
-                elements: patch_elements(settings.elements),
+                elements: settings.elements,
                 patch_radius: settings.contact_patch,
                 ..BeadMesh::of_density(settings.density as usize)
             };
@@ -300,8 +289,8 @@ pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)
         }
         Support::Annulus { shape, stiffness_factor: factor, material, .. } => {
             let (settings, torus) = (scene.model.meshing(), under_last(shape, scene));
-            let elements = patch_elements(settings.elements);
-            let form = AnnulusMesh { elements, ..AnnulusMesh::on(&torus, settings.density as usize) };
+            let on_ring = AnnulusMesh::on(&torus, settings.density as usize);
+            let form = AnnulusMesh { elements: settings.elements, ..on_ring };
             // A stiffer or softer support is the same body of another modulus.
             let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
             Ok(Some((mesh::annulus(&torus, &form)?, vec![material])))
@@ -319,13 +308,13 @@ fn under_last(shape: &AnnulusShape, scene: &Scene) -> HalfTorus {
     HalfTorus::under(shape, scene.chain.beads.last().map_or(0.0, |bead| bead.radius))
 }
 
-fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: body::ContactMass) -> Result<Body, FeaError> {
+fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: ContactMass) -> Result<Body, FeaError> {
     let (mesh, materials) = bead_mesh(bead, scene)?;
     let named = |source| FeaError::Body { body: format!("bead {number}"), source };
     Body::new(mesh, &materials, &[], &["front", "back"], mass).map_err(named)
 }
 
-fn support_body(mesh: Mesh, materials: &[Material], mass: body::ContactMass) -> Result<Body, FeaError> {
+fn support_body(mesh: Mesh, materials: &[Material], mass: ContactMass) -> Result<Body, FeaError> {
     let named = |source| FeaError::Body { body: "support".into(), source };
     Body::new(mesh, materials, &["clamped"], &["contact"], mass).map_err(named)
 }

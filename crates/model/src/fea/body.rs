@@ -17,16 +17,10 @@ use super::{
     element::ElementMatrices,
     mesh::Mesh,
 };
-use crate::{scene::Material, tally};
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ContactMass {
-    /// Nothing: the mass of each touched element rests on its other nodes, the whole unchanged. Contact forces then stay free of the
-    /// oscillation that grows as the step shrinks.
-    Massless,
-    /// Their share of the consistent mass.
-    Consistent,
-}
+use crate::{
+    scene::{ContactMass, Material},
+    tally,
+};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Hold {

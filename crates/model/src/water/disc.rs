@@ -19,12 +19,13 @@ use thiserror::Error;
 use crate::{
     fea::{
         assembly::{Columns, Direction, DofMap},
-        body::{Body, BodyError, ContactMass, Hold},
+        body::{Body, BodyError, Hold},
         factor::{FactorError, StaticFactor},
         mesh::MeshError,
         modes::{ModesError, modes},
     },
     number::dot,
+    scene::ContactMass,
 };
 
 /// Below this frequency, Hz, a mode is the rigid motion of a free disc.

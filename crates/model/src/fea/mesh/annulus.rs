@@ -7,12 +7,12 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{
-    Mesh, MeshError, PatchElements,
+    Mesh, MeshError,
     bead::growth,
     butterfly::{self, Quarter},
     weave::Weave,
 };
-use crate::scene::AnnulusShape;
+use crate::scene::{AnnulusShape, Elements};
 
 /// A half disc revolved about the axis, its flat side outwards and clamped, and the bead that lies on it.
 ///
@@ -68,27 +68,18 @@ pub struct AnnulusMesh {
     /// Density n ≥ 2, as that of a bead: the contact patch has 4⌈n/2⌉ elements along the surface, 24 at the default 12.
     pub density: usize,
     /// Elements of the contact patch and of the patch opposite.
-    pub elements: PatchElements,
+    pub elements: Elements,
     /// Half width of the contact patch along the surface, m.
     pub patch_half_width: f64,
-    /// Grading p ≥ 1 of the surface vertices towards the contact point, as i^p.
-    pub grading: f64,
 }
 
 impl AnnulusMesh {
     /// Half width of the contact patch, m: about that of the contact at 5 µm of approach.
     pub(crate) const PATCH_HALF_WIDTH: f64 = 30e-6;
-    /// Grading towards the contact point: the force at 0.1 µm of approach is then within 0.1 % of that at twice the density.
-    pub(crate) const GRADING: f64 = 1.5;
 
-    /// Quadrilaterals at this density, patch and grading as shown to work.
+    /// Quadrilaterals at this density, patch as shown to work.
     pub const fn of_density(density: usize) -> Self {
-        Self {
-            density,
-            elements: PatchElements::Quadrilateral,
-            patch_half_width: Self::PATCH_HALF_WIDTH,
-            grading: Self::GRADING,
-        }
+        Self { density, elements: Elements::Quadrilaterals, patch_half_width: Self::PATCH_HALF_WIDTH }
     }
 
     /// As [`AnnulusMesh::of_density`], with a patch for that ring: as wide as its contact grows at 5 µm of approach, which goes as √b, and no
@@ -124,12 +115,13 @@ impl AnnulusMesh {
                 self.patch_half_width,
             );
         }
-        if !(1.0..=3.0).contains(&self.grading) {
-            return refuse("a grading", "from 1 to 3", self.grading);
-        }
         Ok(())
     }
 }
+
+/// Grading p of the surface vertices towards the contact point, as i^p, 1: the force at 0.1 µm of approach is then within 0.1 % of that at
+/// twice the density.
+const GRADING: f64 = 1.5;
 
 /// Largest layer over the section's radius at density 12, 1.
 const LARGEST_LAYER: f64 = 0.3;
@@ -223,7 +215,7 @@ pub fn annulus(shape: &HalfTorus, settings: &AnnulusMesh) -> Result<Mesh, MeshEr
     let section = Section { shape: *shape, contact: toward_bead.acos(), half_angle: settings.patch_half_width / b };
     let n = settings.density.div_ceil(2);
     let growth = growth(settings.density);
-    let fractions: Vec<f64> = (0..=2 * n).map(|i| (i as f64 / (2 * n) as f64).powf(settings.grading)).collect();
+    let fractions: Vec<f64> = (0..=2 * n).map(|i| (i as f64 / (2 * n) as f64).powf(GRADING)).collect();
     // Angles of the surface beside the patch: outwards to the corner at π, inwards and over the crest to the one at 0.
     let (outer, inner) = (section.contact + section.half_angle, section.contact - section.half_angle);
     if !(PI - outer > section.half_angle) {

@@ -14,39 +14,24 @@ use super::{
     butterfly::{self, Quarter},
     weave::Weave,
 };
+use crate::scene::{DEFAULT_CONTACT_PATCH, Elements};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PatchElements {
-    Quadrilateral,
-    /// 6-node triangles in the patches, 8-node quadrilaterals between them, as the source paper has it.
-    Mixed,
-}
+/// Grading p of the surface vertices r = r₀ (i/2n)^p, 1: makes the patch's last element as long as the strip's first is wide.
+const GRADING: f64 = 1.6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeadMesh {
     /// Density n ≥ 2: a pole's patch has 2n elements along the surface and along the axis. 8 is quick, 12 the default, 16 to 24 a reference.
     pub density: usize,
-    pub elements: PatchElements,
+    pub elements: Elements,
     /// Radius r₀ of a polar patch over the bead's radius, 1, above 0 and at most 0.5.
     pub patch_radius: f64,
-    /// Grading p ≥ 1 of the surface vertices r = r₀ (i/2n)^p.
-    pub grading: f64,
 }
 
 impl BeadMesh {
-    /// Radius of a polar patch over the bead's: three times the contact radius at 1 µm overlap of 1 mm steel beads.
-    pub(crate) const PATCH_RADIUS: f64 = 0.1;
-    /// Grading that makes the patch's last element as long as the strip's first is wide.
-    pub(crate) const GRADING: f64 = 1.6;
-
-    /// Quadrilaterals at this density, patch and grading as shown to work.
+    /// Quadrilaterals at this density, patch as shown to work.
     pub const fn of_density(density: usize) -> Self {
-        Self {
-            density,
-            elements: PatchElements::Quadrilateral,
-            patch_radius: Self::PATCH_RADIUS,
-            grading: Self::GRADING,
-        }
+        Self { density, elements: Elements::Quadrilaterals, patch_radius: DEFAULT_CONTACT_PATCH }
     }
 
     fn check(&self, radius: f64) -> Result<(), MeshError> {
@@ -59,9 +44,6 @@ impl BeadMesh {
         }
         if !(self.patch_radius > 0.0 && self.patch_radius <= 0.5) {
             return refuse("a patch radius over the bead's", "above 0 and at most 0.5", self.patch_radius);
-        }
-        if !(1.0..=3.0).contains(&self.grading) {
-            return refuse("a grading", "from 1 to 3", self.grading);
         }
         Ok(())
     }
@@ -90,7 +72,7 @@ pub fn bead(radius: f64, settings: &BeadMesh) -> Result<Mesh, MeshError> {
     // |ζ| of a point of the sphere: tan of half its angle from the pole.
     let zeta = |r: f64| r / (radius + on_sphere(r)[1]);
     let cap = zeta(patch);
-    let graded = |i: usize| patch * (i as f64 / (2 * n) as f64).powf(settings.grading);
+    let graded = |i: usize| patch * (i as f64 / (2 * n) as f64).powf(GRADING);
     let mut fractions: Vec<f64> = (0..=2 * n).map(|i| zeta(graded(i)) / cap).collect();
     fractions[2 * n] = 1.0;
 

@@ -6,7 +6,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::{PatchElements, weave::Weave};
+use super::weave::Weave;
+use crate::scene::Elements;
 
 /// Place of the inner block's far corner along the diagonal, over the place of its near corners on the sides: angles near 120° there.
 const CORNER: f64 = 0.8;
@@ -28,7 +29,7 @@ pub(super) struct Quarter {
 pub(super) fn fill(
     weave: &mut Weave,
     fractions: &[f64],
-    elements: PatchElements,
+    elements: Elements,
     shared: Option<&[u32]>,
     place: impl Fn([f64; 2]) -> [f64; 2],
     curve: impl Fn(&mut Weave, &Quarter),
@@ -88,8 +89,8 @@ pub(super) fn fill(
             for j in 0..lines[0].len() - 1 {
                 let corners = [lines[0][j], lines[1][j], lines[1][j + 1], lines[0][j + 1]];
                 match elements {
-                    PatchElements::Quadrilateral => weave.quadrilateral(corners),
-                    PatchElements::Mixed => weave.triangles(corners),
+                    Elements::Quadrilaterals => weave.quadrilateral(corners),
+                    Elements::Mixed => weave.triangles(corners),
                 }
             }
         }

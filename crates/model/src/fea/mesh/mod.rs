@@ -12,7 +12,7 @@ mod quality;
 mod weave;
 
 pub use annulus::{AnnulusMesh, HalfTorus, annulus};
-pub use bead::{BeadMesh, PatchElements, bead};
+pub use bead::{BeadMesh, bead};
 pub use error::MeshError;
 pub use quality::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Quality, quality};
 
