@@ -1,7 +1,7 @@
 //! The figures of a pressure field: maps at instants, maps at frequencies, beam patterns.
 
 use super::{
-    figure::{Axis, Colour, Dash, Figure, Fill, Layer, Map, PAGE_WIDTH_MM, Panel, Polygon, Stroke},
+    figure::{Axis, Colour, Dash, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke},
     number::engineering,
     sweep::letter,
 };
@@ -47,13 +47,13 @@ impl Scenery {
             (self.radius, 0.0),
             (-self.radius, 0.0),
         ];
-        let polygons = vec![Polygon { corners: disc, fill: Fill::Tint(Colour::Grey, 0.6) }];
+
         let axis = |label: &str, from: f64, to: f64| Axis::new(label, "mm").times(1e3).range(from, to);
         Panel::new(axis("r", -reach, reach), axis("z into the water", -1.4 * self.thickness, depth))
             .titled(title)
             .equal_scales()
             .layer(Layer::HeatMap { label: label.into(), map, range: Some(range) })
-            .layer(Layer::Polygons { label: String::new(), polygons, range: None })
+            .shapes("", [disc], (Colour::Grey, 0.6))
             .line("", vec![(-reach, 0.0), (reach, 0.0)], Stroke::new(Colour::Black).width(0.5))
     }
 

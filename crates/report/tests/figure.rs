@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use granchain_report::figure::{
-    Axis, Bar, Colour, Dash, ErrorPoint, Figure, FigureError, Fill, Layer, Map, Marker, Panel, Polygon, Stroke, trace,
+    Axis, Bar, Colour, Dash, ErrorPoint, Figure, FigureError, Layer, Map, Marker, Panel, Polygon, Stroke, trace,
 };
 use granchain_signal::Series;
 
@@ -218,10 +218,8 @@ fn a_png_has_the_printed_size_at_288_dots_per_inch() {
 
 #[test]
 fn equal_scales_make_a_square_square_whatever_the_ticks() {
-    let square = Polygon {
-        corners: vec![(0.1, 30.1), (0.5, 30.1), (0.5, 30.5), (0.1, 30.5)],
-        fill: Fill::Tint(Colour::Blue, 1.0),
-    };
+    let square =
+        Polygon { corners: vec![(0.1, 30.1), (0.5, 30.1), (0.5, 30.5), (0.1, 30.5)], fill: (Colour::Blue, 1.0) };
     // 0.0004 m are 0.4 mm: one unit, two factors.
     let millimetres = square.corners.iter().map(|(x, y)| (*x, 1e-3 * y)).collect();
     for (y, corners) in [
@@ -229,11 +227,9 @@ fn equal_scales_make_a_square_square_whatever_the_ticks() {
         (Axis::new("y", "mm").times(1e3).range(0.030, 0.033), millimetres),
     ] {
         let polygons = vec![Polygon { corners, ..square.clone() }];
-        let panel = Panel::new(Axis::new("x", "mm").range(0.0, 2.0), y).equal_scales().layer(Layer::Polygons {
-            label: String::new(),
-            polygons,
-            range: None,
-        });
+        let panel = Panel::new(Axis::new("x", "mm").range(0.0, 2.0), y)
+            .equal_scales()
+            .layer(Layer::Polygons { label: String::new(), polygons });
         let svg = Figure::new("test").panel(panel).to_svg().unwrap();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let drawn = document.descendants().find(|node| node.attribute("fill") == Some("#0072B2")).unwrap();
@@ -249,18 +245,16 @@ fn equal_scales_make_a_square_square_whatever_the_ticks() {
 }
 
 #[test]
-fn values_fill_polygons_on_the_scale_of_the_colour_bar() {
-    let cell = |x: f64, value: f64| Polygon {
-        corners: vec![(x, 0.0), (x + 1.0, 0.0), (x + 1.0, 1.0), (x, 1.0)],
-        fill: Fill::Value(value),
+fn a_map_shows_its_scale_and_refuses_what_is_no_number() {
+    let figure = |values| {
+        let map = Map { x: vec![0.0, 1.0], y: vec![0.0, 1.0], values };
+        let layer = Layer::HeatMap { label: "Von Mises stress (MPa)".into(), map, range: Some((0.0, 10.0)) };
+        Figure::new("test").panel(Panel::new(Axis::new("z", "mm"), Axis::new("r", "mm")).layer(layer))
     };
-    let layer =
-        |polygons| Layer::Polygons { label: "Von Mises stress (MPa)".into(), polygons, range: Some((0.0, 10.0)) };
-    let panel = |polygons| Panel::new(Axis::new("z", "mm"), Axis::new("r", "mm")).layer(layer(polygons));
-    let svg = Figure::new("test").panel(panel(vec![cell(0.0, -5.0), cell(1.0, 99.0)])).to_svg().unwrap();
+    let svg = figure(vec![-5.0, 99.0, 1.0, 2.0]).to_svg().unwrap();
     // Light and dark end of the shades; the bar's title upwards at the right.
     assert!(svg.contains("#FAFCFF") && svg.contains("#08306B") && svg.contains("Von Mises stress (MPa)"));
-    let refused = Figure::new("test").panel(panel(vec![cell(0.0, f64::NAN)])).to_svg().unwrap_err();
+    let refused = figure(vec![f64::NAN, 1.0, 2.0, 3.0]).to_svg().unwrap_err();
     assert!(matches!(refused, FigureError::Unplaceable { layer: 1, index: 0, .. }), "{refused}");
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    figure::{Axis, Colour, Figure, Fill, Layer, PAGE_WIDTH_MM, Panel, Polygon},
+    figure::{Axis, Colour, Figure, PAGE_WIDTH_MM, Panel},
     page::{Block, Column, Plate, Table},
 };
 
@@ -130,9 +130,7 @@ impl BenchReport {
             ("water", water, Colour::SkyBlue, 0.3),
         ] {
             if !shapes.is_empty() {
-                let fill = Fill::Tint(colour, share);
-                let polygons = shapes.into_iter().map(|corners| Polygon { corners, fill }).collect();
-                panel = panel.layer(Layer::Polygons { label: label.into(), polygons, range: None });
+                panel = panel.shapes(label, shapes, (colour, share));
             }
         }
         Figure::new("The bench in section: piston, beads and support, to scale.").sized(PAGE_WIDTH_MM, 1).panel(panel)

@@ -6,9 +6,7 @@ use super::{
     spectrum::{RECORDED, SIMULATED, SpectrumCurve, amplitude_panel, level_panel},
 };
 use crate::{
-    figure::{
-        Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
-    },
+    figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Map, Marker, PAGE_WIDTH_MM, Panel, Stroke, trace},
     number,
     page::Plate,
     sweep::capitalised,
@@ -66,11 +64,7 @@ pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
     let height = count as f64 + 1.0;
     for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
         let corners = vec![(-half, 0.0), (half, 0.0), (half, height), (-half, height)];
-        panel.layers.push(Layer::Polygons {
-            label: label.into(),
-            polygons: vec![Polygon { corners, fill: Fill::Tint(Colour::Grey, tint) }],
-            range: None,
-        });
+        panel = panel.shapes(label, [corners], (Colour::Grey, tint));
     }
     let of = |widened: bool| {
         let points = pulls.iter().enumerate().filter(move |(_, (.., down))| *down == widened);
@@ -102,7 +96,7 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
         let mut panel = Panel::new(x, quantity(measurand));
         if !record.masked.is_empty() {
-            panel = panel.layer(masked(record));
+            panel = masked(record, panel);
         }
         if let Some(series) = &record.recorded {
             panel = panel.line(record.record_label.clone(), trace(series), recorded);
@@ -184,15 +178,12 @@ fn residual(record: &RecordReport, x: Axis, y: Axis) -> Panel {
 const QUANTILE: f64 = 1.645;
 
 /// The stretches that were bridged, over the height of all traces.
-fn masked(record: &RecordReport) -> Layer {
+fn masked(record: &RecordReport, panel: Panel) -> Panel {
     let traces = [&record.recorded, &record.simulated];
     let values = traces.into_iter().flatten().flat_map(|series| series.values.iter().copied());
     let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
-    let polygons = record.masked.iter().map(|(from, to)| Polygon {
-        corners: vec![(*from, low), (*to, low), (*to, high), (*from, high)],
-        fill: Fill::Tint(Colour::Grey, 0.45),
-    });
-    Layer::Polygons { label: "masked".into(), polygons: polygons.collect(), range: None }
+    let shapes = record.masked.iter().map(|(from, to)| vec![(*from, low), (*to, low), (*to, high), (*from, high)]);
+    panel.shapes("masked", shapes, (Colour::Grey, 0.45))
 }
 
 /// First crossing of a quarter of the peak, s.

@@ -12,28 +12,16 @@ pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<()
     }
     let plain = Axis::new("value", "1");
     for (position, layer) in panel.layers.iter().enumerate() {
-        let (title, layer_number) = (|| figure.title.clone(), position + 1);
-        let mut values_on = &plain;
-        let mut heights_on = &panel.y;
-        match layer {
-            Layer::HeatMap { map, .. } | Layer::Contour { map, .. } => grid(figure, number, layer_number, map)?,
-            Layer::Bars { .. } => heights_on = &plain,
-            Layer::Field { cells, .. } if cells.is_empty() => {
-                return Err(FigureError::NoCells { figure: title(), panel: number, layer: layer_number });
-            }
-            Layer::Field { colours, .. } => {
-                if colours.label.trim().is_empty() || colours.unit.trim().is_empty() {
-                    return Err(FigureError::UnnamedAxis { figure: title(), panel: number, axis: "colour" });
-                }
-                values_on = colours;
-            }
-            _ => {}
+        let layer_number = position + 1;
+        if let Layer::HeatMap { map, .. } | Layer::Contour { map, .. } = layer {
+            grid(figure, number, layer_number, map)?;
         }
+        let heights_on = if matches!(layer, Layer::Bars { .. }) { &plain } else { &panel.y };
         let mut refused = None;
         let mut place = |axis: &Axis, index: usize, found: f64| {
             if refused.is_none() && !axis.carries(found) {
                 let expected = if axis.scale == Scale::Linear { "number" } else { "positive number" };
-                let (figure, panel) = (title(), number);
+                let (figure, panel) = (figure.title.clone(), number);
                 refused = Some(FigureError::Unplaceable { figure, panel, layer: layer_number, index, expected, found });
             }
         };
@@ -41,7 +29,7 @@ pub(super) fn values(figure: &Figure, number: usize, panel: &Panel) -> Result<()
             x.into_iter().for_each(|x| place(&panel.x, index, x));
             y.into_iter().for_each(|y| place(heights_on, index, y));
         });
-        layer.values().into_iter().for_each(|(index, value)| place(values_on, index, value));
+        layer.values().iter().enumerate().for_each(|(index, value)| place(&plain, index, *value));
         if let Some(error) = refused {
             return Err(error);
         }

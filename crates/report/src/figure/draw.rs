@@ -7,14 +7,13 @@ use plotters::{
 };
 
 use super::{
-    Cell, Colour, ErrorPoint, Fill, Layer, Map, Marker, Polygon,
+    Colour, ErrorPoint, Layer, Map, Marker,
     axis::{Resolved, Tick},
-    band,
     canvas::{Canvas, Drawn, Ink, letters, stroke, units},
     clip, contour, decimate,
     font::text_width,
     layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
-    palette::{shade, signed, viridis},
+    palette::{shade, signed},
 };
 
 const INK: Ink = (30, 30, 30);
@@ -23,8 +22,7 @@ const WHITE: Ink = (255, 255, 255);
 const FRAME_WIDTH: f64 = 0.6;
 /// Width of the columns to which a curve is thinned, pt: a quarter of the thinnest stroke's blur in print.
 const COLUMN: f64 = 0.4;
-/// Bands of a field's colours.
-const BANDS: usize = 32;
+
 /// Steps of a heat map's shade.
 const SHADES: f64 = 24.0;
 const TINT: f64 = 0.28;
@@ -33,18 +31,14 @@ const TINT: f64 = 0.28;
 pub(super) fn sheet(sheet: &Sheet<'_>, canvas: &Canvas<'_>) -> Drawn {
     for placed in &sheet.panels {
         let layers = &placed.panel.layers;
-        let is_ground = |layer: &Layer| {
-            matches!(layer, Layer::HeatMap { .. } | Layer::Band { .. } | Layer::Polygons { .. } | Layer::Field { .. })
+        // The ground first, then marks, then what lies over both.
+        let rank = |layer: &Layer| match layer {
+            Layer::HeatMap { .. } | Layer::Band { .. } | Layer::Polygons { .. } => 0,
+            Layer::MarkX { .. } => 1,
+            _ => 2,
         };
-        let is_mark = |layer: &Layer| matches!(layer, Layer::MarkX { .. });
-        for layer in layers.iter().filter(|layer| is_ground(layer)) {
-            draw_layer(placed, layer, canvas)?;
-        }
-        for layer in layers.iter().filter(|layer| is_mark(layer)) {
-            draw_layer(placed, layer, canvas)?;
-        }
-        for layer in layers.iter().filter(|layer| !is_ground(layer) && !is_mark(layer)) {
-            draw_layer(placed, layer, canvas)?;
+        for own in 0..=2 {
+            layers.iter().filter(|layer| rank(layer) == own).try_for_each(|layer| draw_layer(placed, layer, canvas))?;
         }
         surroundings(placed, canvas)?;
     }
@@ -67,19 +61,13 @@ fn draw_layer(placed: &Placed<'_>, layer: &Layer, canvas: &Canvas<'_>) -> Drawn 
             }
             Ok(())
         }
-        Layer::Polygons { polygons, range, .. } => {
-            let (low, high) = range.unwrap_or((0.0, 1.0));
+        Layer::Polygons { polygons, .. } => {
             for polygon in polygons {
-                let colour = match polygon.fill {
-                    Fill::Tint(colour, share) => colour.tint(share),
-                    Fill::Value(value) => {
-                        shade((((value - low) / (high - low)).clamp(0.0, 1.0) * SHADES).round() / SHADES)
-                    }
-                };
+                let (colour, share) = polygon.fill;
                 let corners: Vec<_> = polygon.corners.iter().map(|(x, y)| place(*x, *y)).collect();
                 let seen = clip::polygon(&corners);
                 if seen.len() > 2 {
-                    canvas.polygon(&on_sheet(frame, &seen), colour)?;
+                    canvas.polygon(&on_sheet(frame, &seen), colour.tint(share))?;
                 }
             }
             Ok(())
@@ -148,7 +136,7 @@ fn draw_layer(placed: &Placed<'_>, layer: &Layer, canvas: &Canvas<'_>) -> Drawn 
             }
             Ok(())
         }
-        Layer::Field { cells, .. } => field(placed, cells, canvas),
+
         Layer::HeatMap { map, range, .. } => heat_map(placed, map, *range, canvas),
         Layer::Contour { map, level, stroke, .. } => {
             let placed_map = Map {
@@ -241,32 +229,6 @@ fn draw_marker((x, y): (f64, f64), marker: Marker, colour: Colour, canvas: &Canv
             canvas.polygon(&[(x - 1.4, y + 0.8), (x + 1.4, y + 0.8), (x, y + 3.2)], WHITE)
         }
     }
-}
-
-/// Cells in bands of equal colour, the lowest first, each running on below the higher ones, so that no ground shows between.
-fn field(placed: &Placed<'_>, cells: &[Cell], canvas: &Canvas<'_>) -> Drawn {
-    let Some(colours) = &placed.colours else { return Ok(()) };
-    let mut bands: Vec<Vec<Vec<(f64, f64)>>> = vec![Vec::new(); BANDS];
-    for Cell(corners) in cells {
-        let corners: Vec<_> = corners
-            .iter()
-            .map(|(x, y, value)| (placed.x.place(*x), placed.y.place(*y), colours.place(*value).clamp(0.0, 1.0)))
-            .collect();
-        band::cut(&corners, BANDS, &mut bands);
-    }
-    for (index, pieces) in bands.iter().enumerate() {
-        for piece in pieces {
-            let seen = clip::polygon(piece);
-            if seen.len() > 2 {
-                canvas.polygon(&on_sheet(&placed.frame, &seen), band_colour(index))?;
-            }
-        }
-    }
-    Ok(())
-}
-
-fn band_colour(index: usize) -> Ink {
-    viridis(index as f64 / (BANDS - 1) as f64)
 }
 
 fn heat_map(placed: &Placed<'_>, map: &Map, range: Option<(f64, f64)>, canvas: &Canvas<'_>) -> Drawn {
@@ -396,6 +358,9 @@ fn surroundings(placed: &Placed<'_>, canvas: &Canvas<'_>) -> Drawn {
 fn legend_entry(layer: &Layer, (x, y): (f64, f64), canvas: &Canvas<'_>) -> Drawn {
     let Some(label) = layout::legend_label(layer) else { return Ok(()) };
     let middle = (x + 0.5 * SAMPLE, y);
+    let filled = |colour: Colour, share: f64| {
+        canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(share))
+    };
     match layer {
         Layer::Line { stroke, .. }
         | Layer::Strokes { stroke, .. }
@@ -409,38 +374,24 @@ fn legend_entry(layer: &Layer, (x, y): (f64, f64), canvas: &Canvas<'_>) -> Drawn
             }
             draw_marker(middle, *marker, *colour, canvas)?;
         }
-        Layer::Band { colour, .. } => {
-            canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(TINT))?;
-        }
-        Layer::Bars { colour, .. } => {
-            canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(0.75))?;
-        }
+        Layer::Band { colour, .. } => filled(*colour, TINT)?,
+        Layer::Bars { colour, .. } => filled(*colour, 0.75)?,
         Layer::Polygons { polygons, .. } => {
-            if let Some(Polygon { fill: Fill::Tint(colour, share), .. }) = polygons.first() {
-                canvas.rectangle((x + 2.0, y - 3.2), (x + SAMPLE - 2.0, y + 3.2), colour.tint(*share))?;
-            }
+            polygons.first().map_or(Ok(()), |first| filled(first.fill.0, first.fill.1))?
         }
-        Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Field { .. } => {}
+        Layer::MarkX { .. } | Layer::HeatMap { .. } => {}
     }
     canvas.text(&clean(label), (x + SAMPLE + 4.0, y), HPos::Left, INK)
 }
 
 fn colour_bar(placed: &Placed<'_>, canvas: &Canvas<'_>) -> Drawn {
-    let Some(colours) = &placed.colours else { return Ok(()) };
+    let (Some(colours), Some((_, (low, high)))) = (&placed.colours, layout::heat(placed.panel)) else {
+        return Ok(());
+    };
     let frame = &placed.frame;
     let bar = Frame { left: frame.left + frame.width + COLOUR_BAR_GAP, width: COLOUR_BAR, ..*frame };
-    let map_ends = placed.panel.layers.iter().find_map(|layer| match layer {
-        Layer::HeatMap { map, range, .. } => Some(range.unwrap_or_else(|| layout::map_ends(map))),
-        _ => None,
-    });
-    let shade = map_ends.map_or(shade as fn(f64) -> _, |(low, high)| map_colours(low, high));
-    let is_field = placed.panel.layers.iter().any(|layer| matches!(layer, Layer::Field { .. }));
-    let (bands, shades) = if is_field { (BANDS, 0) } else { (0, SHADES as usize + 1) };
-    for index in 0..bands {
-        let edge = |index: usize| index as f64 / BANDS as f64;
-        canvas.rectangle(bar.at((0.0, edge(index))), bar.at((1.0, edge(index + 1))), band_colour(index))?;
-    }
-    for index in 0..shades {
+    let shade = map_colours(low, high);
+    for index in 0..=SHADES as usize {
         // The shade of step i is shown around i / SHADES, as the map rounds it.
         let low = ((index as f64 - 0.5) / SHADES).max(0.0);
         let high = ((index as f64 + 0.5) / SHADES).min(1.0);

@@ -24,10 +24,7 @@ pub enum FigureError {
         "figure `{figure}`, panel {panel}, layer {layer}: a map of {columns} × {rows} ascending positions needs {expected} values, found {found}"
     )]
     BadMap { figure: String, panel: usize, layer: usize, columns: usize, rows: usize, expected: usize, found: usize },
-    #[error(
-        "figure `{figure}`, panel {panel}, layer {layer}: a field without a cell; leave the layer out or give what it lies on"
-    )]
-    NoCells { figure: String, panel: usize, layer: usize },
+
     #[error("figure `{figure}`: drawing failed: {reason}")]
     Drawing { figure: String, reason: String },
 }

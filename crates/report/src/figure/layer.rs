@@ -1,6 +1,6 @@
 //! What can be drawn between two axes.
 
-use super::{Axis, Colour};
+use super::Colour;
 
 /// Dash pattern of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,25 +109,13 @@ pub struct Map {
     pub values: Vec<f64>,
 }
 
-/// How a polygon is filled.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fill {
-    /// A tint of a colour: this share of it on white, 0 to 1.
-    Tint(Colour, f64),
-    /// A shade of the maps' one hue for a value on the scale of the layer.
-    Value(f64),
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     /// Corners (x, y) in order; closed by itself.
     pub corners: Vec<(f64, f64)>,
-    pub fill: Fill,
+    /// A tint: a colour, and the share of it on white, 0 to 1.
+    pub fill: (Colour, f64),
 }
-
-/// A piece of a field: its corners (x, y, value) in order, three or more, between which the value is linear.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cell(pub Vec<(f64, f64, f64)>);
 
 /// One layer of a panel.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,20 +183,11 @@ pub enum Layer {
         strokes: Vec<Vec<(f64, f64)>>,
         stroke: Stroke,
     },
-    /// A field on cells, in narrow bands of perceptually even colours from dark (low) to light (high), with a colour bar.
-    Field {
-        /// What the colour means, and its range; data decide where it has none.
-        colours: Axis,
-        /// The cells; neighbours share corners.
-        cells: Vec<Cell>,
-    },
-    /// Filled polygons in the order given, later over earlier, with a colour bar where values fill them.
+    /// Filled polygons in the order given, later over earlier.
     Polygons {
-        /// Name in the legend, or along the colour bar where `range` is given; empty keeps it out.
+        /// Name in the legend; empty keeps it out.
         label: String,
         polygons: Vec<Polygon>,
-        /// Values at the light and at the dark end of [`Fill::Value`]; `None` where no value fills.
-        range: Option<(f64, f64)>,
     },
 }
 
@@ -248,11 +227,7 @@ impl Layer {
                 let points = strokes.iter().flatten().enumerate();
                 points.for_each(|(index, (x, y))| see(index, Some(*x), Some(*y)));
             }
-            Self::Field { cells, .. } => {
-                for (index, Cell(corners)) in cells.iter().enumerate() {
-                    corners.iter().for_each(|(x, y, _)| see(index, Some(*x), Some(*y)));
-                }
-            }
+
             Self::Polygons { polygons, .. } => {
                 for (index, polygon) in polygons.iter().enumerate() {
                     polygon.corners.iter().for_each(|(x, y)| see(index, Some(*x), Some(*y)));
@@ -261,24 +236,11 @@ impl Layer {
         }
     }
 
-    /// Every value that a colour or a contour stands for, with the index of its item.
-    pub(super) fn values(&self) -> Vec<(usize, f64)> {
+    /// Every value that a colour or a contour stands for.
+    pub(super) fn values(&self) -> &[f64] {
         match self {
-            Self::HeatMap { map, .. } | Self::Contour { map, .. } => map.values.iter().copied().enumerate().collect(),
-            Self::Field { cells, .. } => {
-                let corners = |(index, Cell(corners)): (usize, &Cell)| {
-                    corners.iter().map(|corner| (index, corner.2)).collect::<Vec<_>>()
-                };
-                cells.iter().enumerate().flat_map(corners).collect()
-            }
-            Self::Polygons { polygons, range, .. } => {
-                let ends = range.map_or(Vec::new(), |(low, high)| vec![low, high]);
-                let fills = polygons.iter().map(|polygon| match polygon.fill {
-                    Fill::Value(value) | Fill::Tint(_, value) => value,
-                });
-                fills.enumerate().chain(ends.into_iter().enumerate()).collect()
-            }
-            _ => Vec::new(),
+            Self::HeatMap { map, .. } | Self::Contour { map, .. } => &map.values,
+            _ => &[],
         }
     }
 }

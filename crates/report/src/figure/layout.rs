@@ -1,6 +1,6 @@
 //! Where everything stands on the sheet, in points (1/72 inch), before anything is drawn.
 
-use super::{Axis, Cell, Figure, FigureError, Layer, Map, Panel, Scale, axis::Resolved, font::text_width};
+use super::{Axis, Figure, FigureError, Layer, Map, Panel, Scale, axis::Resolved, font::text_width};
 
 /// Size of all text, pt.
 pub(super) const TEXT: f64 = 8.0;
@@ -75,11 +75,9 @@ pub(super) fn legend_label(layer: &Layer) -> Option<&str> {
         | Layer::Bars { label, .. }
         | Layer::MarkY { label, .. }
         | Layer::Strokes { label, .. }
-        | Layer::Polygons { label, range: None, .. }
+        | Layer::Polygons { label, .. }
         | Layer::Contour { label, .. } => label,
-        Layer::MarkX { .. } | Layer::HeatMap { .. } | Layer::Field { .. } | Layer::Polygons { range: Some(_), .. } => {
-            return None;
-        }
+        Layer::MarkX { .. } | Layer::HeatMap { .. } => return None,
     };
     (!label.is_empty()).then_some(label)
 }
@@ -93,8 +91,6 @@ struct Measured<'a> {
     height: f64,
     tick_width: f64,
     colours: Option<Resolved>,
-    colour_axis: Axis,
-    colour_ends: (f64, f64),
 }
 
 impl Measured<'_> {
@@ -107,11 +103,7 @@ impl Measured<'_> {
         self.height = width * shown(self.y_ends, &self.panel.y) / shown(self.x_ends, &self.panel.x);
         self.y = Resolved::new(&self.panel.y, self.y_ends, self.height, 22.0);
         self.tick_width = tick_width(&self.y);
-        if let Some(colours) = &mut self.colours {
-            let title = std::mem::take(&mut colours.title);
-            *colours = Resolved::new(&self.colour_axis, self.colour_ends, self.height, 22.0);
-            colours.title = title;
-        }
+        self.colours = colours(self.panel, self.height);
     }
 }
 
@@ -200,30 +192,23 @@ fn measure<'a>(figure: &Figure, number: usize, panel: &'a Panel) -> Result<Measu
     let y_ends = ends(&panel.y, "y", spread_y(panel, x_ends))?;
     let height = panel.height_mm * POINTS_PER_MM;
     let y = Resolved::new(&panel.y, y_ends, height, 22.0);
-    let mut colour_axis = Axis::new("", "");
-    let mut scale = None;
-    for layer in &panel.layers {
-        scale = match layer {
-            Layer::HeatMap { label, map, range } => Some((Some(label), range.unwrap_or_else(|| map_ends(map)))),
-            Layer::Polygons { label, range: Some(range), .. } => Some((Some(label), *range)),
-            Layer::Field { colours, cells } => {
-                colour_axis = colours.clone();
-                Some((None, ends(colours, "colour", spread_of_values(cells))?))
-            }
-            _ => continue,
-        };
-        break;
-    }
-    let colours = scale.map(|(label, ends)| {
-        let mut colours = Resolved::new(&colour_axis, ends, height, 22.0);
-        if let Some(label) = label {
-            colours.title.clone_from(label);
-        }
-        colours
-    });
-    let colour_ends = scale.map_or((0.0, 1.0), |(_, ends)| ends);
-    let tick_width = tick_width(&y);
-    Ok(Measured { panel, x_ends, y_ends, tick_width, y, height, colours, colour_axis, colour_ends })
+    Ok(Measured { panel, x_ends, y_ends, tick_width: tick_width(&y), y, height, colours: colours(panel, height) })
+}
+
+/// Scale of the first heat map's colour bar.
+fn colours(panel: &Panel, height: f64) -> Option<Resolved> {
+    let (title, ends) = heat(panel)?;
+    let mut colours = Resolved::new(&Axis::new("", ""), ends, height, 22.0);
+    title.clone_into(&mut colours.title);
+    Some(colours)
+}
+
+/// What the colours of the first heat map mean, and the values at their ends.
+pub(super) fn heat(panel: &Panel) -> Option<(&str, (f64, f64))> {
+    panel.layers.iter().find_map(|layer| match layer {
+        Layer::HeatMap { label, map, range } => Some((label.as_str(), range.unwrap_or_else(|| map_ends(map)))),
+        _ => None,
+    })
 }
 
 /// Smallest and largest value of a map, apart if they are equal.
@@ -329,13 +314,6 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<Spread> {
         }
         other => other,
     }
-}
-
-/// Smallest and largest value of a field; nothing is left free.
-fn spread_of_values(cells: &[Cell]) -> Option<Spread> {
-    let mut seen = Extent::default();
-    cells.iter().flat_map(|cell| &cell.0).for_each(|corner| seen.add(corner.2));
-    seen.spread()
 }
 
 /// Low, high, and the share of the span to leave free on both sides.

@@ -18,7 +18,7 @@
 //! ```
 
 mod axis;
-mod band;
+
 mod bitmap;
 mod canvas;
 mod check;
@@ -36,7 +36,7 @@ mod vector;
 pub use axis::{Axis, Scale};
 pub use error::FigureError;
 pub use font::{FONT_STACK, embedded_font};
-pub use layer::{Bar, Cell, Dash, ErrorPoint, Fill, Layer, Map, Marker, Polygon, Stroke};
+pub use layer::{Bar, Dash, ErrorPoint, Layer, Map, Marker, Polygon, Stroke};
 pub use palette::Colour;
 
 use granchain_signal::Series;
@@ -171,6 +171,18 @@ impl Panel {
     #[must_use]
     pub fn band(self, label: impl Into<String>, points: Vec<(f64, f64, f64)>, colour: Colour) -> Self {
         self.layer(Layer::Band { label: label.into(), points, colour })
+    }
+
+    /// Add shapes, each by its corners (x, y), in one tint: a colour, and the share of it on white, 0 to 1.
+    #[must_use]
+    pub fn shapes(
+        self,
+        label: impl Into<String>,
+        shapes: impl IntoIterator<Item = Vec<(f64, f64)>>,
+        fill: (Colour, f64),
+    ) -> Self {
+        let polygons = shapes.into_iter().map(|corners| Polygon { corners, fill }).collect();
+        self.layer(Layer::Polygons { label: label.into(), polygons })
     }
 
     /// Add a vertical mark over the whole height, named above the frame.

@@ -11,8 +11,7 @@ pub enum Colour {
     Orange,
     SkyBlue,
     Green,
-    /// Yellow: for filled shapes only, too light for a curve.
-    Yellow,
+
     Blue,
     Vermillion,
     Purple,
@@ -32,7 +31,7 @@ impl Colour {
             Self::Orange => (230, 159, 0),
             Self::SkyBlue => (86, 180, 233),
             Self::Green => (0, 158, 115),
-            Self::Yellow => (240, 228, 66),
+
             Self::Blue => (0, 114, 178),
             Self::Vermillion => (213, 94, 0),
             Self::Purple => (204, 121, 167),
@@ -46,26 +45,6 @@ impl Colour {
         let mix = |channel: u8| (255.0 + share * (f64::from(channel) - 255.0)).round() as u8;
         (mix(red), mix(green), mix(blue))
     }
-}
-
-/// Perceptually even colour at `share` (0 dark … 1 light) that all kinds of colour vision and greyscale keep in order.
-///
-/// Every tenth entry of *viridis* by N. J. Smith and S. van der Walt (2015, CC0), linear in between.
-pub(crate) fn viridis(share: f64) -> (u8, u8, u8) {
-    const STOPS: [(f64, f64, f64); 11] = [
-        (68.0, 1.0, 84.0),
-        (72.0, 36.0, 117.0),
-        (65.0, 68.0, 135.0),
-        (53.0, 95.0, 141.0),
-        (42.0, 120.0, 142.0),
-        (33.0, 145.0, 140.0),
-        (34.0, 168.0, 132.0),
-        (68.0, 191.0, 112.0),
-        (122.0, 209.0, 81.0),
-        (189.0, 223.0, 38.0),
-        (253.0, 231.0, 37.0),
-    ];
-    between(&STOPS, share)
 }
 
 /// Shade of a map at `share` (0 light … 1 dark): one hue, lightness falling evenly, so that greyscale keeps the order.

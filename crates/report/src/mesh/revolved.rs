@@ -9,7 +9,7 @@ use super::{
     Bench, RIGID, Standing, along_side,
     section::{outer_sides, unique_sides},
 };
-use crate::figure::{Axis, Colour, Figure, Fill, Layer, PAGE_WIDTH_MM, Panel, Polygon, Stroke};
+use crate::figure::{Axis, Colour, Figure, Layer, PAGE_WIDTH_MM, Panel, Polygon, Stroke};
 
 /// Steps of the revolution over the three quarters that are left.
 const STEPS: usize = 42;
@@ -84,7 +84,7 @@ pub fn figure(bench: &Bench<'_>) -> Figure {
             };
             for outline in outlines(body, 0.0) {
                 let corners = outline.into_iter().map(at).collect();
-                faces.push(Polygon { corners, fill: Fill::Tint(colour, 0.5 * share) });
+                faces.push(Polygon { corners, fill: (colour, 0.5 * share) });
             }
             for ([a, b], (middle, _)) in unique_sides(body.mesh) {
                 let points = along_side(place(a), place(middle), place(b));
@@ -93,7 +93,7 @@ pub fn figure(bench: &Bench<'_>) -> Figure {
         }
         for plate in &plates {
             let corners = plate.iter().map(|place| at(*place)).collect();
-            faces.push(Polygon { corners, fill: Fill::Tint(RIGID.0, 0.3) });
+            faces.push(Polygon { corners, fill: (RIGID.0, 0.3) });
         }
     }
     let corners = || surfaces.iter().chain(&faces).flat_map(|polygon: &Polygon| &polygon.corners);
@@ -104,17 +104,14 @@ pub fn figure(bench: &Bench<'_>) -> Figure {
     };
     let axes = (axis("Along the projected axis", |corner| corner.0), axis("Across", |corner| corner.1));
     let mut panel = Panel::new(axes.0, axes.1).equal_scales();
-    for name in bench.names() {
-        let (colour, _) = bench.colour(name);
+    let bodies = bench.names().into_iter().map(|name| (name, bench.colour(name).0));
+    for (name, colour) in bodies.chain([("rigid", RIGID.0)]) {
         // An entry of the legend: nothing of it is seen.
-        let polygons = vec![Polygon { corners: Vec::new(), fill: Fill::Tint(colour, 0.6) }];
-        panel = panel.layer(Layer::Polygons { label: name.to_owned(), polygons, range: None });
+        panel = panel.shapes(name, [Vec::new()], (colour, 0.6));
     }
-    let polygons = vec![Polygon { corners: Vec::new(), fill: Fill::Tint(RIGID.0, 0.6) }];
     panel = panel
-        .layer(Layer::Polygons { label: "rigid".to_owned(), polygons, range: None })
-        .layer(Layer::Polygons { label: String::new(), polygons: surfaces, range: None })
-        .layer(Layer::Polygons { label: String::new(), polygons: faces, range: None })
+        .layer(Layer::Polygons { label: String::new(), polygons: surfaces })
+        .layer(Layer::Polygons { label: String::new(), polygons: faces })
         .layer(Layer::Strokes { label: String::new(), strokes, stroke: Stroke::new(Colour::Black).width(0.08) });
     let title = "The chain revolved about its axis, a quarter cut out to show the mesh; parallel projection";
     Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)
@@ -177,7 +174,7 @@ fn revolve(outline: &[[f64; 2]], colour: Colour, eye: &Eye, surfaces: &mut Vec<(
             let corners = corners.iter().map(|corner| eye.on_sheet(*corner)).collect();
             // Darker where the surface turns away; in steps, so that equal neighbours merge.
             let share = 0.95 - 0.7 * (12.0 * facing).round() / 12.0;
-            surfaces.push((depth, Polygon { corners, fill: Fill::Tint(colour, share) }));
+            surfaces.push((depth, Polygon { corners, fill: (colour, share) }));
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Bench, RIGID, Standing, along_side, clamped_nodes, contact_nodes};
-use crate::figure::{Axis, Colour, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke};
+use crate::figure::{Axis, Colour, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke};
 use granchain_model::fea::mesh::Mesh;
 
 /// A part of the section, shown closely.
@@ -56,26 +56,21 @@ fn panel(bench: &Bench<'_>, window: &Window, z: Axis, width: f64) -> Panel {
     let mut panel = Panel::new(axes.0, axes.1).titled(window.title.clone()).equal_scales();
     let near = |points: &[(f64, f64)]| points.iter().any(|(z, r)| window.holds(*r, *z)) || crosses(points, window);
     for name in bench.names() {
-        let (colour, share) = bench.colour(name);
-        let of_name = || bench.bodies.iter().filter(|body| body.name == name);
-        let polygons: Vec<Polygon> = of_name()
-            .flat_map(|body| body.mesh.elements.iter().map(move |element| (body, element)))
-            .map(|(body, element)| outline(body, element.nodes()))
+        let outlines: Vec<_> = bench
+            .bodies
+            .iter()
+            .filter(|body| body.name == name)
+            .flat_map(|body| body.mesh.elements.iter().map(move |element| outline(body, element.nodes())))
             .filter(|corners| near(corners))
-            .map(|corners| Polygon { corners, fill: Fill::Tint(colour, share) })
             .collect();
-        if !polygons.is_empty() {
-            panel = panel.layer(Layer::Polygons { label: name.to_owned(), polygons, range: None });
+        if !outlines.is_empty() {
+            panel = panel.shapes(name, outlines, bench.colour(name));
         }
     }
-    let plates = bench.rigid_outlines();
-    let plates = plates.iter().map(|outline| Polygon {
-        corners: outline.iter().map(|[r, z]| (*z, *r)).collect(),
-        fill: Fill::Tint(RIGID.0, RIGID.1),
-    });
-    let plates: Vec<Polygon> = plates.filter(|plate| near(&plate.corners)).collect();
+    let plates = bench.rigid_outlines().into_iter().map(|outline| outline.map(|[r, z]| (z, r)).to_vec());
+    let plates: Vec<_> = plates.filter(|plate| near(plate)).collect();
     if !plates.is_empty() {
-        panel = panel.layer(Layer::Polygons { label: "rigid".to_owned(), polygons: plates, range: None });
+        panel = panel.shapes("rigid", plates, RIGID);
     }
     let strokes: Vec<_> = bench.bodies.iter().flat_map(sides).filter(|points| near(points)).collect();
     panel =

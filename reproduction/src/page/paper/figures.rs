@@ -8,9 +8,7 @@ use crate::paper::{LAWS, Law, PaperOutcome, ReadingOutcome, SweepPoint};
 use crate::portrait::Trait;
 use granchain_calibration::predict::published::{KUWABARA_KONO, LINEAR, MEASURED};
 use granchain_report::{
-    figure::{
-        Axis, Colour, Dash, ErrorPoint, Figure, Fill, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace,
-    },
+    figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace},
     number::fixed,
     page::Plate,
 };
@@ -209,12 +207,9 @@ fn ranked(law: &Law, readings: &[ReadingOutcome]) -> Figure {
             let (bottom, top) = bar_edges(row, place);
             let tip = change.change.clamp(-widest, widest);
             let share = if change.significance.abs() < 2.0 { 0.35 } else { 1.0 };
-            Some(Polygon {
-                corners: vec![(0.0, bottom), (tip, bottom), (tip, top), (0.0, top)],
-                fill: Fill::Tint(colour, share),
-            })
+            Some(Polygon { corners: vec![(0.0, bottom), (tip, bottom), (tip, top), (0.0, top)], fill: (colour, share) })
         });
-        panel = panel.layer(Layer::Polygons { label, polygons: bars.collect(), range: None });
+        panel = panel.layer(Layer::Polygons { label, polygons: bars.collect() });
     }
     let zero = vec![(0.0, -rows + 0.4), (0.0, 0.6)];
     panel = panel.line("", zero, Stroke::new(Colour::Grey).width(0.5));
