@@ -7,7 +7,10 @@ use std::{
 };
 
 use anyhow::Context;
-use clap::{Args, ValueEnum};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
 use console::Term;
 
 use crate::{
@@ -168,8 +171,8 @@ pub struct SceneArguments {
     #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
     pub scene: Option<String>,
     /// Model [default: the scene's, else reduced, or chain if only it can run the scene]
-    #[arg(long, value_enum, help_heading = "Scene")]
-    pub model: Option<ModelChoice>,
+    #[arg(long, value_parser = one_of(&MODELS), help_heading = "Scene")]
+    pub model: Option<ModelKind>,
     /// Choose the fastest model and settings with at most this error, such as 1% (`granchain accuracy`). For a changed scene the error is not checked
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
@@ -205,71 +208,53 @@ impl OutputArguments {
     }
 }
 
-/// The models that can be named on the command line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ModelChoice {
-    /// One degree of freedom per bead
-    Chain,
-    /// Elastic bodies, each described by a few modes and static contact flexibility
-    Reduced,
-    /// All nodes of the finite-element mesh
-    Fea,
-}
+/// The words of a flag: each with its help and what it stands for.
+pub type Words<T, const N: usize> = [(&'static str, &'static str, T); N];
 
-impl ModelChoice {
-    /// The word of the scene key `model.kind`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Chain => "chain",
-            Self::Reduced => "reduced",
-            Self::Fea => "fea",
-        }
-    }
+pub const MODELS: Words<ModelKind, 3> = [
+    ("chain", "One degree of freedom per bead", ModelKind::Chain),
+    (
+        "reduced",
+        "Elastic bodies, each described by a few modes and static contact flexibility",
+        ModelKind::Reduced,
+    ),
+    ("fea", "All nodes of the finite-element mesh", ModelKind::Fea),
+];
+
+/// Value parser of one of these words.
+pub fn one_of<T: Copy + Send + Sync, const N: usize>(words: &'static Words<T, N>) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words.iter().map(|(word, help, _)| PossibleValue::new(*word).help(*help)))
+        .try_map(move |found| words.iter().find(|(word, ..)| *word == found).map(|(.., meant)| *meant).ok_or("unknown"))
 }
 
 /// Why a flag's value is refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ValueError {
-    #[error(transparent)]
-    Quantity(#[from] crate::signal::QuantityError),
-    #[error("expected a whole number from {range}, found `{found}`")]
-    Whole { range: String, found: String },
-    #[error("expected {expected}, found `{found}`{remedy}")]
-    Other { expected: &'static str, found: String, remedy: &'static str },
-}
-
-impl ValueError {
-    pub(super) fn expected(expected: &'static str, found: &str) -> Self {
-        Self::Other { expected, found: found.into(), remedy: "" }
-    }
+pub(super) fn expected(expected: impl std::fmt::Display, found: &str) -> String {
+    format!("expected {expected}, found `{found}`")
 }
 
 /// Value parser of a whole number in a range.
 pub fn whole<N: Copy + std::str::FromStr + PartialOrd + std::fmt::Display>(
     low: N,
     high: Option<N>,
-) -> impl Fn(&str) -> Result<N, ValueError> + Clone {
+) -> impl Fn(&str) -> Result<N, String> + Clone {
     move |text| match text.trim().parse() {
         Ok(number) if number >= low && high.is_none_or(|high| number <= high) => Ok(number),
         _ => {
             let range = high.map_or_else(|| format!("{low} up"), |high| format!("{low} to {high}"));
-            Err(ValueError::Whole { range, found: text.into() })
+            Err(expected(format_args!("a whole number from {range}"), text))
         }
     }
 }
 
-fn threads(text: &str) -> Result<NonZeroUsize, ValueError> {
-    text.trim().parse().map_err(|_| ValueError::Other {
-        expected: "a whole number of threads from 1 up",
-        found: text.into(),
-        remedy: "; omit the flag to use one thread per core",
-    })
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let refused = || expected("a whole number of threads from 1 up", text) + "; omit the flag to use one thread per core";
+    text.trim().parse().map_err(|_| refused())
 }
 
 const POSITIVE: &str = "a positive number";
 
 /// Value parser of a positive frequency with its unit, Hz.
-pub fn frequency(text: &str) -> Result<f64, ValueError> {
+pub fn frequency(text: &str) -> Result<f64, String> {
     positive_quantity(text, Dimension::FREQUENCY)
 }
 
@@ -277,44 +262,39 @@ pub fn frequency(text: &str) -> Result<f64, ValueError> {
 const DRIVE_FREQUENCIES: std::ops::RangeInclusive<f64> = 1.0..=1e8;
 
 /// Value parser of a drive frequency with its unit, Hz: 1 Hz to 100 MHz.
-pub fn drive_frequency(text: &str) -> Result<f64, ValueError> {
-    let value = frequency(text)?;
-    let (expected, remedy) = ("a drive frequency from 1 Hz to 100 MHz", "; check the unit");
-    if DRIVE_FREQUENCIES.contains(&value) {
-        Ok(value)
-    } else {
-        Err(ValueError::Other { expected, found: text.into(), remedy })
-    }
+pub fn drive_frequency(text: &str) -> Result<f64, String> {
+    let refused = || expected("a drive frequency from 1 Hz to 100 MHz", text) + "; check the unit";
+    Some(frequency(text)?).filter(|value| DRIVE_FREQUENCIES.contains(value)).ok_or_else(refused)
 }
 
 /// Value parser of a positive time with its unit, s.
-pub fn positive_time(text: &str) -> Result<f64, ValueError> {
+pub fn positive_time(text: &str) -> Result<f64, String> {
     positive_quantity(text, Dimension::TIME)
 }
 
 /// Value parser of a time with its unit, s; of either sign.
-pub fn time(text: &str) -> Result<f64, ValueError> {
-    Ok(Quantity::parse_as(text, Dimension::TIME)?)
+pub fn time(text: &str) -> Result<f64, String> {
+    Quantity::parse_as(text, Dimension::TIME).map_err(|error| error.to_string())
 }
 
 /// A positive quantity of one dimension, SI.
-pub fn positive_quantity(text: &str, dimension: Dimension) -> Result<f64, ValueError> {
-    let value = Quantity::parse_as(text, dimension)?;
-    if value > 0.0 { Ok(value) } else { Err(ValueError::expected(POSITIVE, text)) }
+pub fn positive_quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
+    let value = Quantity::parse_as(text, dimension).map_err(|error| error.to_string())?;
+    if value > 0.0 { Ok(value) } else { Err(expected(POSITIVE, text)) }
 }
 
 /// Value parser of a positive, finite pure number.
-pub fn positive_number(text: &str) -> Result<f64, ValueError> {
+fn positive_number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(ValueError::expected(POSITIVE, text)),
+        _ => Err(expected(POSITIVE, text)),
     }
 }
 
-fn assignment(text: &str) -> Result<String, ValueError> {
+fn assignment(text: &str) -> Result<String, String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => Ok(text.into()),
-        _ => Err(ValueError::expected("KEY=VALUE such as `damping.coefficient=0.4`", text)),
+        _ => Err(expected("KEY=VALUE such as `damping.coefficient=0.4`", text)),
     }
 }
 

@@ -15,7 +15,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 pub use self::definition::InMemory;
 use self::{
@@ -24,7 +24,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, usage, whole},
+    arguments::{OutputArguments, SceneArguments, Session, Words, one_of, usage, whole},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -40,6 +40,7 @@ use crate::{
         recorded_run::labels,
         refusal::Refusal,
     },
+    feature::Measurand,
     measurement::read_back::{SMALL, read_back},
     scene::Scene,
     validate::own_bench::record_of,
@@ -73,8 +74,8 @@ pub struct Arguments {
     #[arg(long, help_heading = "Fit")]
     pub resume: bool,
     /// Recorded quantity [default: velocity]
-    #[arg(long, value_enum, help_heading = "Fit")]
-    pub quantity: Option<QuantityChoice>,
+    #[arg(long, value_parser = one_of(&QUANTITIES), help_heading = "Fit")]
+    pub quantity: Option<Measurand>,
     /// Range of a parameter, such as alpha=0.3:1.5 or "damping=0.1 N s/m:1 N s/m"; repeatable
     #[arg(long, value_name = "NAME=LOW:HIGH", help_heading = "Fit")]
     pub bounds: Vec<String>,
@@ -113,13 +114,10 @@ impl Arguments {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum QuantityChoice {
-    /// Velocity of the last bead's far pole
-    Velocity,
-    /// Pressure at the scene's first field point
-    Pressure,
-}
+pub const QUANTITIES: Words<Measurand, 2> = [
+    ("velocity", "Velocity of the last bead's far pole", Measurand::Velocity),
+    ("pressure", "Pressure at the scene's first field point", Measurand::Pressure),
+];
 
 /// A problem, and what the command line says besides.
 pub struct Job {

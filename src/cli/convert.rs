@@ -16,8 +16,8 @@ use crate::measurement::{
 
 use super::{
     Outcome,
-    arguments::{Session, drive_frequency, usage},
-    inspect::{self, KindChoice},
+    arguments::{Session, drive_frequency, one_of, usage},
+    inspect::{self, KINDS},
     output::write_atomically,
     reading::ReadArguments,
 };
@@ -36,8 +36,8 @@ pub struct Arguments {
     #[arg(value_name = "OUT")]
     pub out: PathBuf,
     /// Kind of record [default: from the file's name and units]
-    #[arg(long, value_enum)]
-    pub kind: Option<KindChoice>,
+    #[arg(long, value_parser = one_of(&KINDS))]
+    pub kind: Option<RecordKind>,
     /// Drive frequency with its unit, such as 73kHz, if the file does not state it
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
     pub drive_frequency: Option<f64>,
@@ -59,7 +59,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if out.exists() {
         bail!("{}: the file exists; name another, or delete it first", out.display());
     }
-    let kind = arguments.kind.map(RecordKind::from);
+    let kind = arguments.kind;
     let options =
         ReadOptions { baseline: Baseline::None, ..arguments.reading.options_of_any(kind, arguments.drive_frequency)? };
     let record = inspect::read(file, kind, &options)?;

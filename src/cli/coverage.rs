@@ -12,24 +12,26 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session, usage, whole},
-    calibrate::QuantityChoice,
+    arguments::{OutputArguments, Session, Words, one_of, usage, whole},
+    calibrate::QUANTITIES,
     interrupt,
     output::{OutputFolder, page_results, publish},
     parts::{self, Divisible, PartArguments, Parts},
     progress, summary,
-    sweep::axis,
+
     timing::Timing,
 };
 use crate::{
     calibration::{plan::Likelihood, search::Search},
+    feature::Measurand,
     report::page::Table,
+    scene::ModelKind,
     signal::closest,
     study::Axis,
     validate::{
@@ -56,8 +58,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
     /// Recorded quantity, without --scenario only; for a pressure every mount of the disc is fitted [default: velocity]
-    #[arg(long, value_enum, conflicts_with = "scenario")]
-    pub quantity: Option<QuantityChoice>,
+    #[arg(long, value_parser = one_of(&QUANTITIES), conflicts_with = "scenario")]
+    pub quantity: Option<Measurand>,
     /// Records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together (not with --scenario)
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1_u32, Some(6)), conflicts_with = "scenario")]
     pub records: u32,
@@ -69,7 +71,7 @@ pub struct Arguments {
     pub plan: Option<PathBuf>,
     /// Experiments to plan: values of a scene key, KEY=START:STOP:STEP or KEY=A,B,C, or factors on the recorded horn motion, drive=0.4:1.6:0.4.
     /// Without --count and --wrong nothing is fitted: the expected interval widths take seconds
-    #[arg(long, value_name = "KEY=VALUES", value_parser = axis, requires = "plan")]
+    #[arg(long, value_name = "KEY=VALUES", value_parser = Axis::parse, requires = "plan")]
     pub vary: Vec<Axis>,
     /// Also fit each record on wrong benches (support, beads, damping law, first gap, radius) and count how often these are rejected
     #[arg(long, requires = "plan")]
@@ -84,8 +86,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)))]
     pub evaluations: Option<u32>,
     /// Model that simulates the records (with finer steps) and also fits them [default: chain; with --plan as calibrate]
-    #[arg(long, value_enum)]
-    pub model: Option<RecordModel>,
+    #[arg(long, value_parser = one_of(&MODELS))]
+    pub model: Option<ModelKind>,
     /// Compare peaks and bands only, not every sample (`likelihood = "amplitudes"` in a plan)
     #[arg(long)]
     pub amplitudes: bool,
@@ -103,23 +105,14 @@ pub struct Arguments {
     pub session: Session,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum RecordModel {
-    /// One degree of freedom per bead
-    Chain,
-    /// Elastic bodies, each described by a few modes and static contact flexibility; about 90 runs with this model in each fit
-    Reduced,
-}
-
-impl RecordModel {
-    /// The word of the scene key `model.kind`.
-    fn kind(self) -> &'static str {
-        match self {
-            Self::Chain => "chain",
-            Self::Reduced => "reduced",
-        }
-    }
-}
+const MODELS: Words<ModelKind, 2> = [
+    ("chain", "One degree of freedom per bead", ModelKind::Chain),
+    (
+        "reduced",
+        "Elastic bodies, each described by a few modes and static contact flexibility; about 90 runs with this model in each fit",
+        ModelKind::Reduced,
+    ),
+];
 
 #[derive(Debug, Serialize)]
 struct CoverageSummary<'a> {
@@ -199,8 +192,8 @@ impl Study {
     pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
         let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, session, .. } =
             arguments;
-        let model = model.unwrap_or(RecordModel::Chain);
-        if mesh_density.is_some() && model == RecordModel::Chain {
+        let model = model.unwrap_or(ModelKind::Chain);
+        if mesh_density.is_some() && model == ModelKind::Chain {
             return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
         }
         let plan = LaboratoryPlan {
@@ -208,7 +201,7 @@ impl Study {
             count: count.unwrap_or(COUNT),
             seed: session.seed(),
             evaluations: evaluations.map_or(Search::tested(2), |runs| runs as usize),
-            model: model.kind().into(),
+            model: model.name().into(),
             likelihood: if amplitudes { Likelihood::Amplitudes } else { Likelihood::Waveform },
             mesh_density,
         };

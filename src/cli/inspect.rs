@@ -8,7 +8,7 @@ use std::{
 };
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
 
 use super::{
     Outcome,
-    arguments::{Session, drive_frequency},
+    arguments::{Session, Words, drive_frequency, one_of},
     reading::{ReadArguments, shown},
 };
 
@@ -32,8 +32,8 @@ pub struct Arguments {
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// Kind of record [default: from the file's name and units]
-    #[arg(long, value_enum)]
-    pub kind: Option<KindChoice>,
+    #[arg(long, value_parser = one_of(&KINDS))]
+    pub kind: Option<RecordKind>,
     /// Drive frequency with its unit, such as 73kHz [default: stated in the file, otherwise the strongest line of
     /// the horn-tip record]
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
@@ -75,26 +75,11 @@ Form of a file of published features:
   name = "thirds"
   ordering = "1/3 > 1/2""#;
 
-/// The kinds of record that can be named.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum KindChoice {
-    /// Displacement of the horn tip, or its velocity (granchain integrates it)
-    HornTip,
-    /// The far pole of the last bead: velocity
-    Vibrometer,
-    /// Hydrophone: pressure at a point of the water
-    Hydrophone,
-}
-
-impl From<KindChoice> for RecordKind {
-    fn from(choice: KindChoice) -> Self {
-        match choice {
-            KindChoice::HornTip => Self::HornTip,
-            KindChoice::Vibrometer => Self::Vibrometer,
-            KindChoice::Hydrophone => Self::Hydrophone,
-        }
-    }
-}
+pub const KINDS: Words<RecordKind, 3> = [
+    ("horn-tip", "Displacement of the horn tip, or its velocity (granchain integrates it)", RecordKind::HornTip),
+    ("vibrometer", "The far pole of the last bead: velocity", RecordKind::Vibrometer),
+    ("hydrophone", "Hydrophone: pressure at a point of the water", RecordKind::Hydrophone),
+];
 
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let file = &arguments.file;
@@ -112,9 +97,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         arguments.session.result(PublishedText(&published), &summary)?;
         return Ok(Outcome::Done);
     }
-    let kind = arguments.kind.map(RecordKind::from);
-    let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
-    let record = read(file, kind, &options)?;
+    let options = arguments.reading.options_of_any(arguments.kind, arguments.drive_frequency)?;
+    let record = read(file, arguments.kind, &options)?;
     let summary = Summary::of(&record, horn_frequency(&record));
     arguments.session.result(Text { record: &record, summary: &summary }, &summary)?;
     Ok(Outcome::Done)

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 
-use super::arguments::{ValueError, usage};
+use super::arguments::{expected, usage};
 use crate::{
     scene::ModelKind,
     validate::accuracy::{ladder::FidelityLevel, stored::Stored},
@@ -17,12 +17,12 @@ pub struct Choice {
 }
 
 /// Value parser of a level: `1%` or `0.01`, above 0 and below 1.
-pub fn level(text: &str) -> Result<f64, ValueError> {
+pub fn level(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let (number, factor) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 0.01));
     match number.parse::<f64>() {
         Ok(value) if value > 0.0 && value * factor < 1.0 => Ok(value * factor),
-        _ => Err(ValueError::expected("a level such as `1%` or `0.01`, above 0 and below 100 %", text)),
+        _ => Err(expected("a level such as `1%` or `0.01`, above 0 and below 100 %", text)),
     }
 }
 

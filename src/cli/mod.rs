@@ -139,7 +139,11 @@ fn brief(command: clap::Command) -> clap::Command {
 impl CommandLine {
     fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let matches = command_line().try_get_matches_from(words)?;
-        Self::from_arg_matches(&matches)
+        let mut innermost = &matches;
+        while let Some((_, below)) = innermost.subcommand() {
+            innermost = below;
+        }
+        Ok(Self { session: Session::from_arg_matches(innermost)?, ..Self::from_arg_matches(&matches)? })
     }
 }
 
@@ -185,27 +189,6 @@ enum Command {
 }
 
 impl Command {
-    fn session(&self) -> &Session {
-        match self {
-            Self::Start(arguments) => &arguments.session,
-            Self::Calibrate(arguments) => &arguments.session,
-            Self::Replay(arguments) => &arguments.session,
-            Self::Sweep(arguments) => &arguments.session,
-            Self::Spectrum(arguments) => &arguments.session,
-            Self::Inspect(arguments) => &arguments.session,
-            Self::Convert(arguments) => &arguments.session,
-            Self::Mesh(arguments) => &arguments.session,
-            Self::Accuracy(arguments) => &arguments.session,
-            Self::Verify(arguments) => &arguments.session,
-            Self::Scene(arguments) => &arguments.session,
-            Self::Coverage(arguments) => &arguments.session,
-            Self::Merge(arguments) => &arguments.session,
-            Self::Doctor(arguments) => &arguments.session,
-            Self::Completions(arguments) => &arguments.session,
-            Self::Man(arguments) => &arguments.session,
-        }
-    }
-
     fn execute(self) -> anyhow::Result<Outcome> {
         match self {
             Self::Start(arguments) => start::execute(arguments),
@@ -235,8 +218,7 @@ fn divisible(
     session: &Session,
 ) -> anyhow::Result<Box<dyn parts::Divisible>> {
     let words = std::iter::once("granchain").chain(arguments.iter().map(String::as_str));
-    let mut command = CommandLine::of(words)?.command;
-    let own = command.session();
+    let CommandLine { mut command, session: own, .. } = CommandLine::of(words)?;
     if own.no_limits && !session.no_limits {
         return Err(arguments::usage("the parts were run with --no-limits; pass it to `merge` too"));
     }
@@ -310,8 +292,8 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
     let mut given = typed.into_iter();
     let program = given.next().unwrap_or_else(|| OsString::from("granchain"));
     let arguments = std::iter::once(program).chain(subcommand.map(OsString::from)).chain(given);
-    let command = match CommandLine::of(arguments) {
-        Ok(line) => line.command,
+    let CommandLine { command, session, .. } = match CommandLine::of(arguments) {
+        Ok(line) => line,
         Err(usage) => {
             // The only thing that can fail here is the terminal itself.
             let _ = usage.print();
@@ -323,7 +305,7 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
     };
     let outcome = interrupt::watch()
         .map_err(anyhow::Error::from)
-        .and_then(|()| command.session().start())
+        .and_then(|()| session.start())
         .and_then(|()| command.execute());
     match outcome {
         Ok(outcome) => outcome.exit_code(),
@@ -473,7 +455,7 @@ mod tests {
     fn session_flags_stand_before_or_behind_the_command() {
         for line in ["granchain --seed 3 doctor", "granchain doctor --seed 3", "granchain --seed 3 scene list"] {
             let parsed = super::CommandLine::of(line.split(' ')).unwrap();
-            assert_eq!(parsed.command.session().seed, Some(3), "{line}");
+            assert_eq!(parsed.session.seed, Some(3), "{line}");
         }
     }
 }

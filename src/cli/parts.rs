@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session, usage},
+    arguments::{OutputArguments, Session, expected, usage},
     divisible,
     output::write_atomically,
     summary, typed, without,
@@ -70,18 +70,11 @@ pub struct Part {
     of: usize,
 }
 
-/// Why a text names no part.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected K/N with K from 1 to N, such as `3/8`, found `{found}`")]
-pub struct NoPart {
-    found: String,
-}
-
 impl Part {
-    pub fn parse(text: &str) -> Result<Self, NoPart> {
+    pub fn parse(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         let part = numbers.map(|(number, of)| Self { number, of }).filter(|part| (1..=part.of).contains(&part.number));
-        part.ok_or_else(|| NoPart { found: text.into() })
+        part.ok_or_else(|| expected("K/N with K from 1 to N, such as `3/8`", text))
     }
 
     /// Its points, of so many.
@@ -358,7 +351,7 @@ mod tests {
     fn what_names_no_part_is_refused() {
         assert_eq!(Part::parse("3/8"), Ok(Part { number: 3, of: 8 }));
         for text in ["0/8", "9/8", "1", "/", "1/0", "-1/2", "a/b", "1/2/3", "18446744073709551616/1"] {
-            assert_eq!(Part::parse(text), Err(NoPart { found: text.into() }));
+            assert!(Part::parse(text).is_err_and(|error| error.ends_with(&format!("found `{text}`"))));
         }
     }
 }

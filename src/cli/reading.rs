@@ -6,13 +6,12 @@ use clap::Args;
 
 use crate::{
     measurement::{
-        BenchReadings, MeasurementError, ReadOptions, Reading, ReadingError, RecordKind, Sensitivity, SensitivityError,
-        plain_message,
+        BenchReadings, MeasurementError, ReadOptions, Reading, RecordKind, Sensitivity, plain_message,
     },
-    signal::{Dimension, Quantity, QuantityError, Unit},
+    signal::{Dimension, Quantity, Unit},
 };
 
-use super::arguments::{frequency, usage};
+use super::arguments::{expected, frequency, usage};
 
 /// One `KEY=VALUE` of `--read`: a key of a bench file, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,22 +21,11 @@ pub struct Setting {
     force_frequency: bool,
 }
 
-/// Why a `KEY=VALUE` is refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SettingError {
-    #[error("expected KEY=VALUE such as time_unit=us or delay=4.2us, found `{found}`")]
-    NoSetting { found: String },
-    #[error("{message}")]
-    Form { message: String },
-    #[error(transparent)]
-    Reading(#[from] ReadingError),
-}
-
 /// Value parser of `--read` and `--drive-read`.
-pub fn setting(text: &str) -> Result<Setting, SettingError> {
+pub fn setting(text: &str) -> Result<Setting, String> {
     let parts = text.split_once('=').map(|(key, value)| (key.trim().replace('-', "_"), value.trim()));
     let Some((key, value)) = parts.filter(|(key, value)| !key.is_empty() && !value.is_empty()) else {
-        return Err(SettingError::NoSetting { found: text.into() });
+        return Err(expected("KEY=VALUE such as time_unit=us or delay=4.2us", text));
     };
     if key == "force_frequency" && value == "true" {
         return Ok(Setting { reading: Reading::default(), force_frequency: true });
@@ -49,10 +37,9 @@ pub fn setting(text: &str) -> Result<Setting, SettingError> {
     }
     .unwrap_or_else(|| toml::Value::String(value.into()));
     let table = toml::Table::from_iter([(key.clone(), value)]);
-    let form =
-        |error: toml::de::Error| SettingError::Form { message: plain_message(error.message(), Some(key.as_str())) };
+    let form = |error: toml::de::Error| plain_message(error.message(), Some(key.as_str()));
     let reading: Reading = table.try_into().map_err(form)?;
-    reading.below(ReadOptions::default())?;
+    reading.below(ReadOptions::default()).map_err(|error| error.to_string())?;
     Ok(Setting { reading, force_frequency: false })
 }
 
@@ -76,7 +63,7 @@ pub struct ChannelArguments {
     #[arg(long, value_name = "UNIT", value_parser = motion_unit, help_heading = "Reading")]
     pub unit: Option<String>,
     /// Sensitivity, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa'
-    #[arg(long, value_name = "QUANTITY", value_parser = sensitivity, allow_hyphen_values = true, help_heading = "Reading")]
+    #[arg(long, value_name = "QUANTITY", value_parser = Sensitivity::parse, allow_hyphen_values = true, help_heading = "Reading")]
     pub scale: Option<Sensitivity>,
     /// Sample rate, for a file without a column of time or in place of its steps, such as 5MHz
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
@@ -202,28 +189,15 @@ impl fmt::Display for DriveUnread {
 
 impl std::error::Error for DriveUnread {}
 
-/// Why a unit flag is refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum UnitError {
-    #[error(transparent)]
-    Unknown(#[from] QuantityError),
-    #[error("expected the unit of {expected}, found that of {}", found.describe())]
-    Dimension { expected: &'static str, found: Dimension },
-}
-
-fn motion_unit(text: &str) -> Result<String, UnitError> {
-    match Unit::parse(text)?.dimension {
+fn motion_unit(text: &str) -> Result<String, String> {
+    match Unit::parse(text).map_err(|error| error.to_string())?.dimension {
         // Volts without --scale are refused where the record is read.
         Dimension::VELOCITY | Dimension::LENGTH | Dimension::PRESSURE | Dimension::VOLTAGE => Ok(text.into()),
-        found => Err(UnitError::Dimension {
-            expected: "a velocity such as `mm/s`, a length such as `um` or a pressure such as `kPa`",
-            found,
-        }),
+        found => Err(format!(
+            "expected the unit of a velocity such as `mm/s`, a length such as `um` or a pressure such as `kPa`, found that of {}",
+            found.describe()
+        )),
     }
-}
-
-fn sensitivity(text: &str) -> Result<Sensitivity, SensitivityError> {
-    Sensitivity::parse(text)
 }
 
 /// A quantity for people, in four digits.
@@ -260,7 +234,7 @@ mod tests {
             ("delay=4V", "`delay`"),
             ("invert=yes", "boolean"),
         ] {
-            let error = setting(wrong).unwrap_err().to_string();
+            let error = setting(wrong).unwrap_err();
             assert!(error.contains(what), "{wrong}: {error}");
         }
     }

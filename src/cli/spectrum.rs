@@ -12,8 +12,8 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    arguments::{OutputArguments, Session, drive_frequency, time, usage},
-    inspect::{self, KindChoice, warn},
+    arguments::{OutputArguments, Session, drive_frequency, one_of, time, usage},
+    inspect::{self, KINDS, warn},
     output::OutputFolder,
     reading::{DriveReadArguments, DriveUnread, ReadArguments},
     summary,
@@ -37,8 +37,8 @@ pub struct Arguments {
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// Kind of record [default: from the file's name and units]
-    #[arg(long, value_enum)]
-    pub kind: Option<KindChoice>,
+    #[arg(long, value_parser = one_of(&KINDS))]
+    pub kind: Option<RecordKind>,
     /// Drive frequency with its unit, such as 73kHz [default: refined from the drive record, else the file's header, else
     /// the strongest line]
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency)]
@@ -124,7 +124,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     {
         return Err(usage(format!("--from {} must come before --to {}", number::time(from), number::time(to))));
     }
-    let kind = kind.map(RecordKind::from);
+
     let options = reading.options_of_any(kind, drive_frequency)?;
     let folder = output.stage(&["spectrum.csv"])?;
     let ours = is_response(&file);

@@ -33,7 +33,7 @@ use crate::{
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
-        grid::GridError,
+
         published::{Published, published},
         sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },
@@ -48,7 +48,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
     /// Values of a scene key: KEY=START:STOP:STEP (ends included) or KEY=A,B,C; several make a full grid
-    #[arg(long, value_name = "KEY=VALUES", required = true, value_parser = axis, help_heading = "Study")]
+    #[arg(long, value_name = "KEY=VALUES", required = true, value_parser = Axis::parse, help_heading = "Study")]
     pub vary: Vec<Axis>,
     /// At each point also run N variants (random gaps, drive ± 0.01 %) at each of three drive levels (99, 100 and 101 %), and print mean, standard
     /// deviation and sensitivity; the default model is then the chain
@@ -67,9 +67,6 @@ pub struct Arguments {
     pub session: Session,
 }
 
-pub(super) fn axis(text: &str) -> Result<Axis, GridError> {
-    Axis::parse(text)
-}
 
 /// Name of the plan among the state files.
 const PLAN: &str = "plan.json";

@@ -106,7 +106,7 @@ fn read_bytes(py: Python<'_>, path: PathBuf, bytes: &[u8], flags: Vec<String>) -
 fn reading(path: &Path, flags: &[String]) -> PyResult<(Option<RecordKind>, ReadOptions)> {
     let flags: Vec<String> = flags.iter().cloned().chain(["--".into(), path.display().to_string()]).collect();
     let arguments: inspect::Arguments = arguments(&flags)?;
-    let kind = arguments.kind.map(RecordKind::from);
+    let kind = arguments.kind;
     let options = arguments.reading.options_of_any(kind, arguments.drive_frequency).map_err(raised)?;
     Ok((kind, options))
 }

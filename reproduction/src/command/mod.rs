@@ -21,7 +21,7 @@ use serde_json::Value;
 use crate::{chain_length::ChainLengths, divided::Divided, failure::StudyError, precompression::Precompressions};
 use crate::{decoder::Decoder, portrait::Portrait};
 use granchain::cli::{
-    arguments::{ModelChoice, OutputArguments, Session},
+    arguments::{MODELS, OutputArguments, Session, one_of},
     interrupt::{self, Interrupted},
     output::{OutputFolder, page_results, publish, set_flags},
     progress, summary,
@@ -45,8 +45,8 @@ pub struct Arguments {
     #[arg(value_enum)]
     pub study: Choice,
     /// Model of all runs [default: reduced; chain for `water`]
-    #[arg(long, value_enum)]
-    pub model: Option<ModelChoice>,
+    #[arg(long, value_parser = one_of(&MODELS))]
+    pub model: Option<ModelKind>,
     /// Override one key of every scene: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -106,7 +106,7 @@ impl Arguments {
     }
 
     /// The overrides of every scene, on the model `usual` where none is named.
-    fn overrides(&self, usual: ModelChoice) -> Vec<String> {
+    fn overrides(&self, usual: ModelKind) -> Vec<String> {
         let model = format!("model.kind={}", self.model.unwrap_or(usual).name());
         std::iter::once(model).chain(self.set.iter().cloned()).collect()
     }
@@ -138,7 +138,7 @@ impl Arguments {
 }
 
 /// Model of most studies where none is named.
-const DEFAULT_MODEL: ModelChoice = ModelChoice::Reduced;
+const DEFAULT_MODEL: ModelKind = ModelKind::Reduced;
 
 /// What is known of a page before its outcome.
 struct Head {

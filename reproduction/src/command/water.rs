@@ -11,10 +11,7 @@ use crate::{
     page::water::WaterReport,
     water::{Study, WaterOutcome, WaterPlan},
 };
-use granchain::cli::{
-    arguments::{ModelChoice, Session},
-    forecast::rough_time,
-};
+use granchain::cli::{arguments::Session, forecast::rough_time};
 use granchain_calibration::predict::Bodies;
 use granchain_model::scene::ModelKind;
 use granchain_report::page::Files;
@@ -24,8 +21,8 @@ use granchain_report::page::Files;
 /// # Errors
 /// Whatever is wrong with the scene.
 pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Study> {
-    let model = arguments.model.unwrap_or(ModelChoice::Chain);
-    if model != ModelChoice::Chain {
+    let model = arguments.model.unwrap_or(ModelKind::Chain);
+    if model != ModelKind::Chain {
         anyhow::bail!("water runs on the chain, not on model `{}`; leave --model away", model.name());
     }
     let mut plan = if arguments.quick { WaterPlan::quick() } else { WaterPlan::whole() };

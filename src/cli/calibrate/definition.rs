@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Arguments, QuantityChoice};
+use super::Arguments;
 use crate::{
     calibration::{
         bench::Bench,
@@ -94,12 +94,8 @@ pub fn refused(error: Refusal) -> anyhow::Error {
 
 /// Flags in place of what the plan says.
 pub(super) fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
-    let quantity = arguments.quantity.map(|quantity| match quantity {
-        QuantityChoice::Velocity => Measurand::Velocity,
-        QuantityChoice::Pressure => Measurand::Pressure,
-    });
     let named = |names: &[String]| (!names.is_empty()).then(|| names.to_vec());
-    plan.quantity = quantity.or(plan.quantity);
+    plan.quantity = arguments.quantity.or(plan.quantity);
     plan.fit = named(&arguments.fit).or(plan.fit.take());
     plan.damping = named(&arguments.damping).or(plan.damping.take());
     plan.evaluations = arguments.evaluations.map(|runs| runs as usize).or(plan.evaluations);

@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    Arguments, COMMAND, InMemory, QuantityChoice, RESULTS,
+    Arguments, COMMAND, InMemory, RESULTS,
     definition::{merge, named, refused},
     free_target,
     manifest::{self, Manifest},
@@ -33,6 +33,7 @@ use crate::{
         summary,
         timing::{self, Timing},
     },
+    feature::Measurand,
     measurement::{ReadOptions, RecordKind, read_sensor, read_sensor_bytes},
     report::{
         impact::{ImpactReport, shown},
@@ -124,7 +125,7 @@ fn in_words(unknown: Unknown) -> String {
 /// Refuses what a fit of impulses would pass over.
 fn refuse_idle(arguments: &Arguments, plan: &Plan) -> anyhow::Result<()> {
     let drive = !arguments.scene.drive.is_empty() && arguments.scene.drive[0].as_os_str() != "none";
-    let pressure = matches!(arguments.quantity, Some(QuantityChoice::Pressure));
+    let pressure = arguments.quantity == Some(Measurand::Pressure);
     let separate = plan.record.iter().any(|record| record.scene.is_some() || !record.set.is_empty());
     let idle = [
         ("--drive", drive || plan.drive.is_some(), "a striker drives the chain"),

@@ -4,19 +4,20 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{Arguments, COUNT, RecordModel, SUMMARY};
+use super::{Arguments, COUNT, SUMMARY};
 use crate::{
     calibration::{multi_record::TESTED_TOGETHER, parameter::Parameter, search::Search},
     cli::{
         Outcome,
         arguments::usage,
-        calibrate::QuantityChoice,
+
         interrupt::{self, Interrupted},
         output::page_results,
         progress, summary,
     },
+    feature::Measurand,
     report::number::significant,
-    scene::{self, Scene},
+    scene::{self, ModelKind, Scene},
     validate::synthetic::{
         FittedBy, LevelProof, SyntheticCoverage, SyntheticPlan, level_proof, level_synthetic, proof, synthetics,
         water_synthetic,
@@ -29,12 +30,12 @@ const DURATIONS: [&str; 2] = ["duration=900us", "duration=480us"];
 /// Make, fit and count the records.
 pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let Arguments { quantity, records, fit, count, evaluations, model, output, session, part, .. } = arguments;
-    let (count, model) = (&count.unwrap_or(COUNT), &model.unwrap_or(RecordModel::Chain));
-    let pressure = *quantity == Some(QuantityChoice::Pressure);
+    let (count, model) = (&count.unwrap_or(COUNT), &model.unwrap_or(ModelKind::Chain));
+    let pressure = *quantity == Some(Measurand::Pressure);
     if let Some(unknown) = fit.iter().find(|name| !Parameter::names().contains(&name.as_str())) {
         return Err(usage(format!("--fit {unknown}: expected {}", Parameter::names().join(", "))));
     }
-    if part.part.is_some() || (pressure || *records > 1) && *model == RecordModel::Reduced || pressure && *records > 1 {
+    if part.part.is_some() || (pressure || *records > 1) && *model == ModelKind::Reduced || pressure && *records > 1 {
         return Err(usage(
             "--quantity, --records and --fit take no --part; --quantity and --records take only --model chain, one at a time",
         ));
@@ -46,19 +47,19 @@ pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
         count: *count,
         evaluations: evaluations.map_or(tested, |runs| runs as usize),
         seed: session.seed(),
-        fit: if *model == RecordModel::Reduced { FittedBy::Ladder } else { FittedBy::Chain },
+        fit: if *model == ModelKind::Reduced { FittedBy::Ladder } else { FittedBy::Chain },
         parameters,
         ..usual
     };
     let folder = output.stage(&page_results(SUMMARY))?;
     let name = if pressure { "water" } else { "annulus" };
-    let kind = format!("model.kind={}", model.kind());
+    let kind = format!("model.kind={}", model.name());
     let base = scene::load(name, &[DURATIONS[usize::from(pressure)].into(), kind])?;
     let bar = progress::bar(session, *count, "records");
     let made = made(&base, &plan, pressure, *records, &|| bar.inc(1));
     bar.finish_and_clear();
     let (statements, counted) = made?;
-    let summary = json!({"program": summary::program(), "model": model.kind(), "plan": plan, "count": counted});
+    let summary = json!({"program": summary::program(), "model": model.name(), "plan": plan, "count": counted});
     if let Some(folder) = folder {
         folder.write(SUMMARY, summary::json(&summary)?)?;
         session.note(format_args!("written to {}", folder.finish()?.display()));

@@ -4,7 +4,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 
 use serde_json::{Value, json};
 
-use super::{Arguments, COUNT, RecordModel, SUMMARY, aligned};
+use super::{Arguments, COUNT, SUMMARY, aligned};
 use crate::{
     calibration::{Plan, Problem, bench::Bench, plan::Likelihood, problem::DEFAULT_SEED},
     cli::{
@@ -81,8 +81,8 @@ impl Study {
         let fits = vary.is_empty() || wrong || count.is_some();
         let mut plan = Plan::read(path)?;
         // The chain alone says what the waveform bounds.
-        let model = model.or((!fits).then_some(RecordModel::Chain));
-        plan.set.extend(model.map(|model| format!("model.kind={}", model.kind())));
+        let model = model.or((!fits).then_some(ModelKind::Chain));
+        plan.set.extend(model.map(|model| format!("model.kind={}", model.name())));
         plan.evaluations = evaluations.map(|runs| runs as usize).or(plan.evaluations);
         plan.seed = session.seed.or(plan.seed).or(Some(DEFAULT_SEED));
         plan.likelihood = amplitudes.then_some(Likelihood::Amplitudes).or(plan.likelihood);

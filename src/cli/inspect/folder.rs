@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::{Arguments, Summary, other_file, read, shown};
 use crate::{
-    measurement::{MeasurementError, RecordKind},
+    measurement::MeasurementError,
     signal::Dimension,
 };
 
@@ -45,7 +45,7 @@ pub fn rows(arguments: &Arguments) -> anyhow::Result<Vec<Row>> {
     files
         .retain(|path| path.is_file() && !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')));
     files.sort();
-    let kind = arguments.kind.map(RecordKind::from);
+    let kind = arguments.kind;
     let options = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
     let row = |path: PathBuf| {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

@@ -10,7 +10,7 @@ use faer::c64;
 
 use crate::{
     cli::{
-        arguments::{ValueError, positive_quantity, usage},
+        arguments::{positive_quantity, usage},
         output::OutputFolder,
         summary,
     },
@@ -54,15 +54,15 @@ pub struct FieldArguments {
 #[derive(Debug, Clone, PartialEq)]
 pub struct List(pub Vec<f64>);
 
-fn times(text: &str) -> Result<List, ValueError> {
+fn times(text: &str) -> Result<List, String> {
     list(text, Dimension::TIME)
 }
 
-fn frequencies(text: &str) -> Result<List, ValueError> {
+fn frequencies(text: &str) -> Result<List, String> {
     list(text, Dimension::FREQUENCY)
 }
 
-fn list(text: &str, dimension: Dimension) -> Result<List, ValueError> {
+fn list(text: &str, dimension: Dimension) -> Result<List, String> {
     text.split(',').map(|part| positive_quantity(part.trim(), dimension)).collect::<Result<_, _>>().map(List)
 }
 
