@@ -213,11 +213,7 @@ pub type Words<T, const N: usize> = [(&'static str, &'static str, T); N];
 
 pub const MODELS: Words<ModelKind, 3> = [
     ("chain", "One degree of freedom per bead", ModelKind::Chain),
-    (
-        "reduced",
-        "Elastic bodies, each described by a few modes and static contact flexibility",
-        ModelKind::Reduced,
-    ),
+    ("reduced", "Elastic bodies, each described by a few modes and static contact flexibility", ModelKind::Reduced),
     ("fea", "All nodes of the finite-element mesh", ModelKind::Fea),
 ];
 
@@ -247,7 +243,8 @@ pub fn whole<N: Copy + std::str::FromStr + PartialOrd + std::fmt::Display>(
 }
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let refused = || expected("a whole number of threads from 1 up", text) + "; omit the flag to use one thread per core";
+    let refused =
+        || expected("a whole number of threads from 1 up", text) + "; omit the flag to use one thread per core";
     text.trim().parse().map_err(|_| refused())
 }
 

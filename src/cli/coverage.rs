@@ -6,7 +6,6 @@ mod impact;
 mod plan;
 
 use std::{
-    fmt::Write,
     ops::Range,
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -21,16 +20,14 @@ use super::{
     arguments::{OutputArguments, Session, Words, one_of, usage, whole},
     calibrate::QUANTITIES,
     interrupt,
-    output::{OutputFolder, page_results, publish},
+    output::{OutputFolder, aligned, page_results, publish},
     parts::{self, Divisible, PartArguments, Parts},
     progress, summary,
-
     timing::Timing,
 };
 use crate::{
     calibration::{plan::Likelihood, search::Search},
     feature::Measurand,
-    report::page::Table,
     scene::ModelKind,
     signal::closest,
     study::Axis,
@@ -290,24 +287,6 @@ fn keep(folder: &OutputFolder, plan: &LaboratoryPlan, setting: &Setting, files: 
     );
     folder.write(format!("{place}/plan.toml"), definition)?;
     Ok(())
-}
-
-/// A table for the terminal: caption, head and rows, columns two blanks apart.
-fn aligned(table: &Table) -> String {
-    let head: Vec<String> = table.columns.iter().map(|column| column.title.clone()).collect();
-    let lines: Vec<&Vec<String>> = std::iter::once(&head).chain(&table.rows).collect();
-    let width = |index: usize| {
-        lines.iter().filter_map(|line| line.get(index)).map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..head.len()).map(width).collect();
-    let mut text = format!("{}.\n", table.caption);
-    for line in lines {
-        let cells = line.iter().zip(&widths).zip(&table.columns).map(|((cell, width), column)| {
-            if column.numeric { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
-        });
-        let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
-    }
-    text
 }
 
 fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryRecord]) -> LaboratoryReport {

@@ -303,10 +303,8 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
             return u8::try_from(usage.exit_code()).unwrap_or(2);
         }
     };
-    let outcome = interrupt::watch()
-        .map_err(anyhow::Error::from)
-        .and_then(|()| session.start())
-        .and_then(|()| command.execute());
+    let outcome =
+        interrupt::watch().map_err(anyhow::Error::from).and_then(|()| session.start()).and_then(|()| command.execute());
     match outcome {
         Ok(outcome) => outcome.exit_code(),
         Err(error) if output::is_closed_pipe(&error) => 0,

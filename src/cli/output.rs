@@ -21,7 +21,7 @@ use console::Term;
 
 use columns::{broken, columns_of};
 
-pub use columns::WIDEST;
+pub use columns::{WIDEST, aligned};
 pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged, same_plan};
 pub use list::{LIST, files_below, is_altered};
 pub use page::{publish, set_flags};

@@ -5,9 +5,7 @@ use std::{fmt, path::PathBuf};
 use clap::Args;
 
 use crate::{
-    measurement::{
-        BenchReadings, MeasurementError, ReadOptions, Reading, RecordKind, Sensitivity, plain_message,
-    },
+    measurement::{BenchReadings, MeasurementError, ReadOptions, Reading, RecordKind, Sensitivity, plain_message},
     signal::{Dimension, Quantity, Unit},
 };
 

@@ -33,7 +33,6 @@ use crate::{
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
         ensemble::STEPS_PER_PERIOD,
-
         published::{Published, published},
         sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },
@@ -66,7 +65,6 @@ pub struct Arguments {
     #[command(flatten)]
     pub session: Session,
 }
-
 
 /// Name of the plan among the state files.
 const PLAN: &str = "plan.json";

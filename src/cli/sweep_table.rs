@@ -12,6 +12,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::{
     calibrated::Calibrated,
+    output::aligned,
     summary::{self, EnsembleTable},
 };
 use crate::{
@@ -24,18 +25,11 @@ use crate::{
     },
     response::SMALL_RESIDUAL,
     scene::{Key, Scene, ValueKind},
-    study::{
-        Axis, Grid, Value,
-        observation::{Observation, PressureMetrics, watched},
-        published::Published,
-        sweep::Run,
-    },
+    study::{Axis, Grid, Value, observation::watched, published::Published, sweep::Run},
 };
 
 /// Most rows printed on a terminal.
 const MOST_ROWS: usize = 60;
-/// Width of a number of the table.
-const NUMBER: usize = 9;
 /// Most figures of a grid with several axes.
 const MOST_FIGURES: usize = 16;
 /// Most points of a curve, and most rows of the page; of more, every so many-th is shown.
@@ -43,9 +37,36 @@ const MOST_SHOWN: usize = 2000;
 /// Most values of an axis that the page lists.
 const MOST_VALUES: usize = 100;
 
-/// Columns of the pressure metrics.
-const PRESSURE_COLUMNS: [&str; 3] =
-    ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
+/// Keys of the pressure metrics, as columns of the CSV file.
+const PRESSURE: [&str; 3] = ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
+
+/// Numbers most looked at: key, name and unit on the page, head on the terminal, shown number over SI number, digits.
+const SHOWN: [(&str, &str, &str, &str, f64, usize); 8] = [
+    ("positive_peak", "Positive peak", "mm/s", "+ mm/s", 1e3, 1),
+    ("negative_peak", "Negative peak", "mm/s", "- mm/s", 1e3, 1),
+    ("ratio_1/3", "Line 1/3", "1", "1/3", 1.0, 3),
+    ("ratio_1/2", "Line 1/2", "1", "1/2", 1.0, 3),
+    ("ratio_2/3", "Line 2/3", "1", "2/3", 1.0, 3),
+    (PRESSURE[0], "Positive pressure", "kPa", "+ kPa", 1e-3, 2),
+    (PRESSURE[1], "Negative pressure", "kPa", "- kPa", 1e-3, 2),
+    (PRESSURE[2], "Level at 0.95 MHz re the drive", "dB", "dB", 1.0, 1),
+];
+
+/// Curves of a figure: key, panel, name, SI unit.
+const CURVES: [(&str, &str, &str, &str); 12] = [
+    ("positive_peak", "Peak velocity", "positive", "m/s"),
+    ("negative_peak", "Peak velocity", "negative", "m/s"),
+    ("line_1/3", "Line amplitude", "1/3", "m/s"),
+    ("line_1/2", "Line amplitude", "1/2", "m/s"),
+    ("line_2/3", "Line amplitude", "2/3", "m/s"),
+    ("line_1", "Line amplitude", "1", "m/s"),
+    ("ratio_1/3", "Ratio to the drive line", "1/3", "1"),
+    ("ratio_1/2", "Ratio to the drive line", "1/2", "1"),
+    ("ratio_2/3", "Ratio to the drive line", "2/3", "1"),
+    (PRESSURE[0], "Peak pressure", "positive", "Pa"),
+    (PRESSURE[1], "Peak pressure", "negative", "Pa"),
+    (PRESSURE[2], "Level at 0.95 MHz re the drive", "", "dB"),
+];
 
 /// The runs of a sweep, wherever they lie.
 pub trait Runs {
@@ -167,16 +188,14 @@ impl<'a> SweepTable<'a> {
                 }
             }
         }
-        let has_water = self.has_water();
-        if has_water {
-            header.extend(PRESSURE_COLUMNS.map(str::to_owned));
-        }
+        let pressure = PRESSURE.iter().filter(|_| self.seen.has_water);
+        header.extend(pressure.clone().map(|key| (*key).to_owned()));
         header.push("reason".into());
         writeln!(out, "{}", header.join(","))?;
         self.runs.each(&mut |index, run| {
             let mut cells: Vec<String> = self.grid.values(index).into_iter().map(|value| value.to_string()).collect();
             match run {
-                Run::Finished { observation, pressure_metrics, ensemble, .. } => {
+                Run::Finished { observation, ensemble, .. } => {
                     cells.push("done".into());
                     for (at, value) in observation.0.iter().enumerate() {
                         cells.push(number(*value));
@@ -188,14 +207,7 @@ impl<'a> SweepTable<'a> {
                             cells.push(number(spread.map(|spread| spread.sensitivity_error)));
                         }
                     }
-                    if has_water {
-                        let own = |pick: fn(&PressureMetrics) -> Option<f64>| {
-                            number(pressure_metrics.as_ref().and_then(pick))
-                        };
-                        cells.push(own(|pressure_metrics| Some(pressure_metrics.positive_peak_pa)));
-                        cells.push(own(|pressure_metrics| Some(pressure_metrics.negative_peak_pa)));
-                        cells.push(own(|pressure_metrics| pressure_metrics.level_at_950_khz_db));
-                    }
+                    cells.extend(pressure.clone().map(|key| number(value(run, key))));
                     cells.push(String::new());
                 }
                 Run::Failed { reason } => {
@@ -300,34 +312,35 @@ impl<'a> SweepTable<'a> {
         }
     }
 
-    /// Every run with the numbers most looked at.
+    /// Runs with the numbers most looked at; `heads` are those of the terminal.
+    fn table<'r>(&self, caption: String, heads: bool, runs: impl Iterator<Item = (usize, &'r Run)>) -> Table {
+        let shown = || SHOWN.iter().filter(|(key, ..)| self.seen.has_water || !PRESSURE.contains(key));
+        let axes = self.grid.axes.iter().map(|axis| Column::numbers(axis.key.clone()));
+        let numbers = shown().map(|(_, name, unit, head, ..)| match heads {
+            true => Column::numbers(*head),
+            false => Column::numbers(*name).unit(*unit),
+        });
+        let row = |(index, run): (usize, &Run)| {
+            let numbers = shown().map(|(key, .., factor, digits)| {
+                value(run, key).map_or("–".into(), |value| fixed(factor * value, *digits))
+            });
+            let remark = if let Run::Failed { reason } = run { format!("failed: {reason}") } else { String::new() };
+            self.grid.values(index).into_iter().map(ToString::to_string).chain(numbers).chain([remark]).collect()
+        };
+        let remarks = Column::words(if heads { "" } else { "Remark" });
+        Table { caption, columns: axes.chain(numbers).chain([remarks]).collect(), rows: runs.map(row).collect() }
+    }
+
+    /// Every run, or of many every so many-th.
     fn rows(&self) -> Table {
-        let mut columns: Vec<Column> = self.grid.axes.iter().map(|axis| Column::numbers(axis.key.clone())).collect();
-        columns.extend(["Positive peak", "Negative peak"].map(|name| Column::numbers(name).unit("mm/s")));
-        columns.extend(["1/3", "1/2", "2/3"].map(|line| Column::numbers(format!("Line {line}")).unit("1")));
-        columns.push(Column::words("Remark"));
-        let row = |(index, run): &(usize, Run)| {
-            let mut cells: Vec<String> = self.grid.values(*index).iter().map(ToString::to_string).collect();
-            let (observation, remark) = match run {
-                Run::Finished { observation, .. } => (Some(observation), String::new()),
-                Run::Failed { reason } => (None, format!("failed: {reason}")),
-            };
-            cells.extend(velocity_cells(observation));
-            cells.push(remark);
-            cells
+        let which = match self.seen.runs.div_ceil(MOST_SHOWN) {
+            0 | 1 => "Every run".into(),
+            stride => format!("One run of every {stride}, all of them in sweep.csv"),
         };
         let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
-        Table {
-            caption: format!(
-                "{}: peaks of the last bead below {below}; lines are amplitudes over the drive line's.",
-                match self.seen.runs.div_ceil(MOST_SHOWN) {
-                    0 | 1 => "Every run".into(),
-                    stride => format!("One run of every {stride}, all of them in sweep.csv"),
-                }
-            ),
-            columns,
-            rows: self.seen.rows.iter().map(row).collect(),
-        }
+        let caption =
+            format!("{which}: peaks of the last bead below {below}; lines are amplitudes over the drive line's.");
+        self.table(caption, false, self.seen.rows.iter().map(|(index, run)| (*index, run)))
     }
 
     fn report(&self, swept: usize, members: &[(usize, Run)], fixed: &[String]) -> SweepReport {
@@ -337,105 +350,41 @@ impl<'a> SweepTable<'a> {
             key => key.to_owned(),
         };
         let name = if fixed.is_empty() { name } else { format!("{name} at {}", fixed.join(", ")) };
-        let curve = |group: &str, name: &str, key: &str, reference: Option<f64>| {
-            let at = watched().iter().position(|watched| watched.key == key);
-            let unit = at.map_or("1", |at| if watched()[at].unit.is_empty() { "1" } else { "m/s" });
-            let points = members.iter().filter_map(|member| self.curve_point(member, swept, at?)).collect();
-            SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference }
-        };
         let measured = self.published.map(|published| published.measured);
-        let mut curves = vec![
-            curve("Peak velocity", "positive", "positive_peak", measured.map(|peaks| peaks.positive_m_per_s)),
-            curve("Peak velocity", "negative", "negative_peak", measured.map(|peaks| peaks.negative_m_per_s)),
-        ];
-        curves.extend(
-            ["1/3", "1/2", "2/3", "1"].map(|ratio| curve("Line amplitude", ratio, &format!("line_{ratio}"), None)),
-        );
-        curves.extend(
-            ["1/3", "1/2", "2/3"].map(|ratio| curve("Ratio to the drive line", ratio, &format!("ratio_{ratio}"), None)),
-        );
-        if self.has_water() {
-            let curve = |group: &str, name: &str, unit: &str, pick: fn(&PressureMetrics) -> Option<f64>| {
-                let points = members.iter().filter_map(|member| self.pressure_point(member, swept, pick)).collect();
-                SweepCurve { group: group.into(), name: name.into(), unit: unit.into(), points, reference: None }
-            };
-            curves.push(curve("Peak pressure", "positive", "Pa", |pressure_metrics| {
-                Some(pressure_metrics.positive_peak_pa)
-            }));
-            curves.push(curve("Peak pressure", "negative", "Pa", |pressure_metrics| {
-                Some(pressure_metrics.negative_peak_pa)
-            }));
-            curves.push(curve("Level at 0.95 MHz re the drive", "", "dB", |pressure_metrics| {
-                pressure_metrics.level_at_950_khz_db
-            }));
-        }
+        let curve = |(key, group, name, unit): (&str, &str, &str, &str)| SweepCurve {
+            group: group.into(),
+            name: name.into(),
+            unit: unit.into(),
+            points: members.iter().filter_map(|member| self.point_of(member, swept, key)).collect(),
+            reference: match key {
+                "positive_peak" => measured.map(|peaks| peaks.positive_m_per_s),
+                "negative_peak" => measured.map(|peaks| peaks.negative_m_per_s),
+                _ => None,
+            },
+        };
+        let curves = CURVES.into_iter().filter(|(key, ..)| self.seen.has_water || !PRESSURE.contains(key));
         SweepReport {
             name,
             unit: unit(axis).filter(|unit| !unit.is_empty()).unwrap_or("1".into()),
-            curves,
+            curves: curves.map(curve).collect(),
             reference_name: "measured, as published".into(),
             marked: None,
         }
     }
 
-    /// Whether any run has pressure metrics.
-    fn has_water(&self) -> bool {
-        self.seen.has_water
-    }
-
-    fn pressure_point(
-        &self,
-        (index, run): &(usize, Run),
-        swept: usize,
-        pick: fn(&PressureMetrics) -> Option<f64>,
-    ) -> Option<SweepPoint> {
+    /// The point of a run on the curve of a number: with an ensemble its mean, else the run's own.
+    fn point_of(&self, (index, run): &(usize, Run), swept: usize, key: &str) -> Option<SweepPoint> {
         let Value::Number(position) = self.grid.values(*index)[swept] else { return None };
-        let Run::Finished { pressure_metrics, .. } = run else { return None };
-        Some(SweepPoint { at: *position, value: pick(pressure_metrics.as_ref()?)?, scatter: None })
-    }
-
-    fn curve_point(&self, (index, run): &(usize, Run), swept: usize, at: usize) -> Option<SweepPoint> {
-        let Value::Number(position) = self.grid.values(*index)[swept] else { return None };
-        let Run::Finished { observation, ensemble, .. } = run else { return None };
-        let spread = ensemble.as_ref().and_then(|ensemble| ensemble.spreads[at]);
-        let value = spread.map(|spread| spread.mean).or(observation.0[at])?;
+        let Run::Finished { ensemble, .. } = run else { return None };
+        let spread = watched().iter().position(|watched| watched.key == key).zip(ensemble.as_ref());
+        let spread = spread.and_then(|(at, ensemble)| ensemble.spreads[at]);
+        let value = spread.map(|spread| spread.mean).or_else(|| value(run, key))?;
         Some(SweepPoint { at: *position, value, scatter: spread.map(|spread| spread.scatter) })
     }
 
     /// A table for people: peaks in mm/s and the ratios of the subharmonics.
     pub fn text(&self, written: bool) -> String {
-        let has_water = self.has_water();
-        let pressure_metrics: &[&str] = if has_water { &["+ kPa", "- kPa", "dB"] } else { &[] };
-        let heads = ["+ mm/s", "- mm/s", "1/3", "1/2", "2/3"].iter().chain(pressure_metrics);
-        let shown = self.seen.first.len();
-        let values: Vec<Vec<String>> =
-            (0..shown).map(|index| self.grid.values(index).iter().map(ToString::to_string).collect()).collect();
-        let width = |(place, axis): (usize, &Axis)| {
-            let cells = values.iter().map(|row| row[place].chars().count());
-            cells.chain([axis.key.chars().count()]).max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = self.grid.axes.iter().enumerate().map(width).collect();
-        let row = |text: &mut String, cells: &[&str]| {
-            for (cell, width) in cells.iter().zip(&widths) {
-                let _ = write!(text, "  {cell:>width$}");
-            }
-        };
-        let mut text = String::new();
-        row(&mut text, &self.grid.axes.iter().map(|axis| axis.key.as_str()).collect::<Vec<_>>());
-        heads.for_each(|head| text.push_str(&format!("{head:>NUMBER$}")));
-        text.push('\n');
-        for (run, values) in self.seen.first.iter().zip(&values) {
-            row(&mut text, &values.iter().map(String::as_str).collect::<Vec<_>>());
-            match run {
-                Run::Finished { observation, pressure_metrics, .. } => {
-                    let pressure = pressure_metrics.as_ref().map(pressure_cells).into_iter().flatten();
-                    let cells = velocity_cells(Some(observation)).into_iter().chain(pressure);
-                    cells.for_each(|cell| text.push_str(&format!("{cell:>NUMBER$}")));
-                }
-                Run::Failed { reason } => text.push_str(&format!("  failed: {reason}")),
-            }
-            text.push('\n');
-        }
+        let mut text = aligned(&self.table(String::new(), true, self.seen.first.iter().enumerate()));
         if self.seen.runs > MOST_ROWS {
             let _ = writeln!(text, "… {} rows more", self.seen.runs - MOST_ROWS);
         }
@@ -444,7 +393,7 @@ impl<'a> SweepTable<'a> {
         }
         let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
         let _ = writeln!(text, "Peaks of the last bead below {below}; ratios are amplitudes over the drive line's.");
-        if has_water {
+        if self.seen.has_water {
             text.push_str("Pressure at the first field point; dB: level at 0.95 MHz re the drive's line.\n");
         }
         if !written {
@@ -488,26 +437,15 @@ fn others(grid: &Grid, swept: usize, index: usize) -> Vec<String> {
     values.filter(|(axis, _)| *axis != swept).map(|(_, (axis, value))| format!("{} = {value}", axis.key)).collect()
 }
 
-/// The two peaks, mm/s, and the three line ratios of a run.
-fn velocity_cells(observation: Option<&Observation>) -> [String; 5] {
-    [
-        ("positive_peak", 1e3, 1),
-        ("negative_peak", 1e3, 1),
-        ("ratio_1/3", 1.0, 3),
-        ("ratio_1/2", 1.0, 3),
-        ("ratio_2/3", 1.0, 3),
-    ]
-    .map(|(key, factor, digits)| {
-        let value = observation.and_then(|observation| observation.get(key));
-        value.map_or("–".into(), |value| fixed(factor * value, digits))
-    })
-}
-
-/// The two peaks, kPa, and the level of a pressure.
-fn pressure_cells(pressure: &PressureMetrics) -> [String; 3] {
-    let kilo = |pascal: f64| fixed(1e-3 * pascal, 2);
-    let level = pressure.level_at_950_khz_db.map_or("–".into(), |level| fixed(level, 1));
-    [kilo(pressure.positive_peak_pa), kilo(pressure.negative_peak_pa), level]
+/// A number of a run, SI: watched, or a pressure metric.
+fn value(run: &Run, key: &str) -> Option<f64> {
+    let Run::Finished { observation, pressure_metrics, .. } = run else { return None };
+    match PRESSURE.iter().position(|own| *own == key) {
+        Some(0) => pressure_metrics.as_ref().map(|pressure| pressure.positive_peak_pa),
+        Some(1) => pressure_metrics.as_ref().map(|pressure| pressure.negative_peak_pa),
+        Some(_) => pressure_metrics.as_ref()?.level_at_950_khz_db,
+        None => observation.get(key),
+    }
 }
 
 /// SI unit of an axis: as the scene knows the key, else as written; `None` for words.

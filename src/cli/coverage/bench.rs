@@ -10,7 +10,6 @@ use crate::{
     cli::{
         Outcome,
         arguments::usage,
-
         interrupt::{self, Interrupted},
         output::page_results,
         progress, summary,

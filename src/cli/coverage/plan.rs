@@ -4,7 +4,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 
 use serde_json::{Value, json};
 
-use super::{Arguments, COUNT, SUMMARY, aligned};
+use super::{Arguments, COUNT, SUMMARY};
 use crate::{
     calibration::{Plan, Problem, bench::Bench, plan::Likelihood, problem::DEFAULT_SEED},
     cli::{
@@ -13,7 +13,7 @@ use crate::{
         calibrate::{definition::refused, manifest},
         experiment,
         interrupt::{self, Interrupted},
-        output::{OutputFolder, page_results, publish},
+        output::{OutputFolder, aligned, page_results, publish},
         parts::{self, Divisible, Parts},
         progress, summary,
         timing::Timing,

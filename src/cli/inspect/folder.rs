@@ -10,10 +10,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::{Arguments, Summary, other_file, read, shown};
-use crate::{
-    measurement::MeasurementError,
-    signal::Dimension,
-};
+use crate::{measurement::MeasurementError, signal::Dimension};
 
 /// A file of a folder: what it is, or why it is no record.
 #[derive(Debug, Serialize)]

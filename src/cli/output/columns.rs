@@ -3,8 +3,12 @@
 //! On a terminal, or where `COLUMNS` is exported, a line too long goes on below itself, indented as its text is. A file or a pipe gets lines whole:
 //! `grep` finds what belongs together.
 
+use std::fmt::Write;
+
 use console::Term;
 use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm, core::display_width, wrap};
+
+use crate::report::page::Table;
 
 /// The widest line on a terminal, columns; help keeps to it too.
 pub const WIDEST: usize = 80;
@@ -64,6 +68,24 @@ fn indent_of(line: &str) -> usize {
         _ if before == 0 && !text.split(' ').next().is_some_and(|word| word.ends_with(':')) => 0,
         _ => before + 2,
     }
+}
+
+/// A table for the terminal: caption, where it has one, head and rows, columns two blanks apart.
+pub fn aligned(table: &Table) -> String {
+    let head: Vec<String> = table.columns.iter().map(|column| column.head()).collect();
+    let lines: Vec<&Vec<String>> = std::iter::once(&head).chain(&table.rows).collect();
+    let width = |index: usize| {
+        lines.iter().filter_map(|line| line.get(index)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..head.len()).map(width).collect();
+    let mut text = if table.caption.is_empty() { String::new() } else { format!("{}.\n", table.caption) };
+    for line in lines {
+        let cells = line.iter().zip(&widths).zip(&table.columns).map(|((cell, width), column)| {
+            if column.numeric { format!("{cell:>width$}") } else { format!("{cell:<width$}") }
+        });
+        let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
+    }
+    text
 }
 
 #[cfg(test)]

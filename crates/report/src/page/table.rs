@@ -26,7 +26,9 @@ impl Column {
         Self { unit: Some(unit.into()), ..self }
     }
 
-    pub(super) fn head(&self) -> String {
+    /// Title and unit.
+    #[must_use]
+    pub fn head(&self) -> String {
         match &self.unit {
             Some(unit) => format!("{} ({unit})", self.title),
             None => self.title.clone(),
