@@ -14,14 +14,12 @@ use super::{
     Outcome,
     arguments::{OutputArguments, Session, drive_frequency, one_of, time, usage},
     inspect::{self, KINDS, warn},
-    output::OutputFolder,
+    output::{OutputFolder, aligned},
     reading::{DriveReadArguments, DriveUnread, ReadArguments},
     summary,
 };
 use crate::{
-    feature::{
-        FeatureSettings, Features, Ratio, Window, amplitude_spectrum, measure, refine_frequency, strongest_frequency,
-    },
+    feature::{FeatureSettings, Features, Window, amplitude_spectrum, measure, refine_frequency, strongest_frequency},
     measurement::{Baseline, ReadOptions, Record, RecordKind, read_head, read_record},
     report::{
         number::{self, engineering, fixed, significant},
@@ -353,46 +351,10 @@ struct Text<'a>(&'a Summary);
 impl fmt::Display for Text<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Summary { file, quantity, features, .. } = self.0;
-        let (factor, unit) = shown_unit(features);
-        let amplitude = |value: f64| significant(factor * value, 4);
         writeln!(f, "{file}: spectrum of the {quantity}")?;
         for (name, text) in facts(self.0) {
             writeln!(f, "  {name:<18}{text}")?;
         }
-
-        let header = format!("amplitude {unit}");
-        writeln!(f, "\n  {:>5}{:>15}{header:>17}{:>11}{:>9}  remark", "ratio", "frequency kHz", "relative", "dB")?;
-        let mut rows: Vec<(Ratio, String)> = Vec::new();
-        for line in &features.lines {
-            let remark = match line.ratio {
-                _ if line.below_noise_floor => "  not above the floor",
-                Ratio::ONE => "  drive",
-                _ => "",
-            };
-            let ratio = line.ratio;
-            rows.push((
-                ratio,
-                format!(
-                    "  {ratio:>5}{:>15}{:>17}{:>11}{:>9}{remark}",
-                    fixed(1e-3 * line.frequency_hz, 3),
-                    amplitude(line.amplitude),
-                    significant(line.relative, 3),
-                    fixed(line.db, 1)
-                ),
-            ));
-        }
-        for absent in &features.absent {
-            let (ratio, dash) = (absent.ratio, "–");
-            let place = fixed(1e-3 * absent.frequency_hz, 3);
-            rows.push((
-                ratio,
-                format!("  {ratio:>5}{place:>15}{dash:>17}{dash:>11}{dash:>9}  absent: {}", absent.reason),
-            ));
-        }
-        rows.sort_by_key(|(ratio, _)| *ratio);
-        for (_, line) in rows {
-            writeln!(f, "{line}")?;
-        }
-        Ok(())
+        write!(f, "\n{}", aligned(&page::lines_table(features, shown_unit(features))))
     }
 }

@@ -198,7 +198,7 @@ fn pressures_are_printed_as_pressures() {
     write(&folder.path().join("a.csv"), "time_s,ch (V)", 4e-7, |t| envelope(t) * (TAU * F0 * t).cos());
     let arguments = ["a.csv", "--kind", "hydrophone", "--scale", "20 kPa/V", "--drive-frequency", "73kHz"];
     let text = String::from_utf8(granchain(folder.path(), &arguments).output().unwrap().stdout).unwrap();
-    assert!(text.contains("spectrum of the pressure") && text.contains("amplitude kPa"), "{text}");
+    assert!(text.contains("spectrum of the pressure") && text.contains("Amplitude (kPa)"), "{text}");
 }
 
 #[test]

@@ -121,11 +121,13 @@ impl SpectrumPage<'_> {
     /// `report.html`, and every figure as SVG and PNG beside it.
     pub fn files(self) -> Result<Files, ReportError> {
         let Self { file, quantity, series, spectrum, features, .. } = self;
+        let (_, unit, factor) = shown(&features.unit);
         let plates = vec![
             Plate::new("trace", trace_figure(series, features, quantity)).playable(features.drive_frequency_hz),
             Plate::new("spectrum", figure(spectrum, features)),
         ];
-        let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(lines_table(features))];
+        let mut blocks =
+            vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(lines_table(features, (factor, unit)))];
         if !self.assumptions.is_empty() {
             blocks.extend([Block::Heading("Assumed on reading".into()), Block::List(self.assumptions)]);
         }
@@ -148,29 +150,38 @@ fn trace_figure(series: &Series, features: &Features, quantity: &str) -> Figure 
         .panel(panel)
 }
 
-fn lines_table(features: &Features) -> Table {
-    let (label, unit, factor) = shown(&features.unit);
-    let rows = features.lines.iter().map(|line| {
-        vec![
-            line.ratio.to_string(),
-            fixed(1e-3 * line.frequency_hz, 3),
-            significant(factor * line.amplitude, 4),
-            significant(line.relative, 3),
-            fixed(line.db, 1),
-            if line.below_noise_floor { "not above the floor around it" } else { "" }.to_owned(),
-        ]
+/// The lines at fractions and multiples of the drive frequency, amplitudes in `unit`, which is `factor` times the SI's number.
+#[must_use]
+pub fn lines_table(features: &Features, (factor, unit): (f64, &str)) -> Table {
+    let found = features.lines.iter().map(|line| {
+        let remark = match line.ratio {
+            _ if line.below_noise_floor => "not above the floor",
+            Ratio::ONE => "drive",
+            _ => "",
+        };
+        let sizes = [significant(factor * line.amplitude, 4), significant(line.relative, 3), fixed(line.db, 1)];
+        (line.ratio, line.frequency_hz, sizes, remark.to_owned())
     });
+    let absent = features
+        .absent
+        .iter()
+        .map(|line| (line.ratio, line.frequency_hz, ["–"; 3].map(str::to_owned), format!("absent: {}", line.reason)));
+    let mut rows: Vec<_> = found.chain(absent).collect();
+    rows.sort_by_key(|(ratio, ..)| *ratio);
+    let row = |(ratio, frequency, sizes, remark): (Ratio, f64, [String; 3], String)| {
+        [ratio.to_string(), fixed(1e-3 * frequency, 3)].into_iter().chain(sizes).chain([remark]).collect()
+    };
     Table {
-        caption: "Lines at fractions and multiples of the drive frequency.".into(),
+        caption: "Lines at fractions and multiples of the drive frequency; relative, dB: to the drive's".into(),
         columns: vec![
             Column::words("Line"),
             Column::numbers("Frequency").unit("kHz"),
-            Column::numbers(label).unit(unit),
-            Column::numbers("Re the drive line").unit("1"),
-            Column::numbers("Level").unit("dB"),
+            Column::numbers("Amplitude").unit(unit),
+            Column::numbers("Relative"),
+            Column::numbers("dB"),
             Column::words("Remark"),
         ],
-        rows: rows.collect(),
+        rows: rows.into_iter().map(row).collect(),
     }
 }
 
