@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::{
     calibrated::Calibrated,
+    output::aligned,
     replay::{PressureAt, Summary},
 };
 use crate::{
@@ -14,7 +15,10 @@ use crate::{
     feature::{Features, Ratio},
     measurement::sha256,
     model::chain::FiniteBodyLaws,
-    report::number::{engineering, fixed, significant},
+    report::{
+        number::{engineering, fixed, significant},
+        page::{Column, Table},
+    },
     response::SolverWork,
     scene::{
         self, BUILT_IN, ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, FlatContact,
@@ -24,6 +28,7 @@ use crate::{
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
+        published::Peaks,
     },
 };
 
@@ -227,7 +232,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         let _ = writeln!(text, "  {name:<11}{value}");
     }
     if let Some(spread) = spread {
-        text.push_str(&ensemble(summary, spread));
+        let _ = write!(text, "\n{}", aligned(&ensemble(summary, spread)));
     }
     text
 }
@@ -481,55 +486,44 @@ fn lines(summary: &Summary) -> String {
     format!("at n f0, mm/s: {}", shown.map(line).join("  "))
 }
 
-/// What an ensemble says, for the terminal.
-pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> String {
-    let plan = &outcome.plan;
-    let mut text = format!(
-        "\nEnsemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)\n",
-        plan.replicates,
-        significant(1e9 * plan.gap_jitter_m, 2),
-        significant(100.0 * plan.drive_jitter, 2),
-        outcome.failures.len()
-    );
-    let published = summary.published.as_ref();
-    let mut header = format!("  {:<21}{:>10}{:>10}{:>18}", "", "mean", "scatter", "per +1 % drive");
-    if published.is_some() {
-        header.push_str(&format!("{:>10}{:>11}", "measured", "simulated"));
-    }
-    text.push_str(&header);
-    text.push('\n');
-    for (watched, spread) in watched().into_iter().zip(&outcome.spreads) {
-        let Some(spread) = spread else { continue };
-        let (factor, unit, digits) = if watched.unit == "m/s" { (1e3, "mm/s", 1) } else { (1.0, "", 3) };
-        let name = format!("{} {unit}", watched.key.replace('_', " "));
-        let change = format!(
-            "{} ± {}",
-            fixed(factor * spread.sensitivity, digits),
-            fixed(factor * spread.sensitivity_error, digits)
+/// What an ensemble says.
+pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> Table {
+    let (plan, published) = (&outcome.plan, summary.published.as_ref());
+    let row = |(watched, spread): (Watched, &Option<Spread>)| {
+        let spread = spread.as_ref()?;
+        let (factor, unit, digits) = if watched.unit == "m/s" { (1e3, " mm/s", 1) } else { (1.0, "", 3) };
+        let shown = |value: f64| fixed(factor * value, digits);
+        let mut row = vec![
+            format!("{}{unit}", watched.key.replace('_', " ")),
+            shown(spread.mean),
+            shown(spread.scatter),
+            format!("{} ± {}", shown(spread.sensitivity), shown(spread.sensitivity_error)),
+        ];
+        let pick = |peaks: Peaks| match watched.key.as_str() {
+            "positive_peak" => fixed(1e3 * peaks.positive_m_per_s, 0),
+            "negative_peak" => fixed(1e3 * peaks.negative_m_per_s, 0),
+            _ => String::new(),
+        };
+        row.extend(
+            published
+                .map(|it| [Some(it.measured), it.simulated].map(|it| it.map_or_else(String::new, pick)))
+                .into_iter()
+                .flatten(),
         );
-        let _ = write!(
-            text,
-            "  {name:<21}{:>10}{:>10}{change:>18}",
-            fixed(factor * spread.mean, digits),
-            fixed(factor * spread.scatter, digits)
-        );
-        if let Some(published) = published {
-            let pick = |peaks: crate::study::published::Peaks| match watched.key.as_str() {
-                "positive_peak" => Some(fixed(1e3 * peaks.positive_m_per_s, 0)),
-                "negative_peak" => Some(fixed(1e3 * peaks.negative_m_per_s, 0)),
-                _ => None,
-            };
-            let measured = pick(published.measured).unwrap_or_default();
-            let simulated = published.simulated.and_then(pick).unwrap_or_default();
-            let _ = write!(text, "{measured:>10}{simulated:>11}");
-        }
-        while text.ends_with(' ') {
-            text.pop();
-        }
-        text.push('\n');
+        Some(row)
+    };
+    let printed: &[&str] = if published.is_some() { &["measured", "simulated"] } else { &[] };
+    let columns = ["mean", "scatter", "per +1 % drive"].iter().chain(printed).map(|title| Column::numbers(*title));
+    Table {
+        caption: format!(
+            "Ensemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed{})",
+            plan.replicates,
+            significant(1e9 * plan.gap_jitter_m, 2),
+            significant(100.0 * plan.drive_jitter, 2),
+            outcome.failures.len(),
+            if published.is_some() { "; measured, simulated: as printed in the source paper" } else { "" }
+        ),
+        columns: [Column::words("")].into_iter().chain(columns).collect(),
+        rows: watched().into_iter().zip(&outcome.spreads).filter_map(row).collect(),
     }
-    if published.is_some() {
-        text.push_str("  measured, simulated: as printed in the source paper; it prints no line amplitudes\n");
-    }
-    text
 }

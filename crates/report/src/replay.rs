@@ -4,8 +4,9 @@ use super::{
     calibration::spectrum::{SpectrumCurve, amplitude_panel},
     figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
     motion::Motion,
-    number::{engineering, fixed, significant},
+    number::{engineering, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, provenance},
+    spectrum::lines_table,
 };
 use granchain_model::response::{Channels, EnergyBalance, ObservedPoint, Response};
 use granchain_signal::{
@@ -36,8 +37,8 @@ pub struct ReplayReport<'a> {
     pub drive_frequency: f64,
     /// Figures besides, with their names.
     pub others: Vec<(&'static str, Figure)>,
-    /// Mean, scatter and sensitivity as a table in plain text, where they were asked for.
-    pub ensemble: Option<String>,
+    /// Mean, scatter and sensitivity, where they were asked for.
+    pub ensemble: Option<Table>,
     /// What was assumed on the way, and what was warned of.
     pub assumptions: Vec<String>,
 }
@@ -62,7 +63,7 @@ impl ReplayReport<'_> {
             blocks.extend([
                 Block::Heading("Spectrum".into()),
                 Block::Plates(vec![spectrum]),
-                Block::Table(lines_table(features)),
+                Block::Table(lines_table(features, (1e3, "mm/s"))),
             ]);
         }
         if !self.others.is_empty() {
@@ -73,7 +74,7 @@ impl ReplayReport<'_> {
         blocks.push(Block::Heading("Energy".into()));
         blocks.push(Block::Table(energy_table(&response.energy)));
         if let Some(table) = self.ensemble {
-            blocks.extend([Block::Heading("Scatter".into()), Block::Code(table)]);
+            blocks.extend([Block::Heading("Scatter".into()), Block::Table(table)]);
         }
         if !self.assumptions.is_empty() {
             blocks.push(Block::Heading("Assumed on the way".into()));
@@ -83,28 +84,6 @@ impl ReplayReport<'_> {
         blocks.extend(provenance(files, "granchain replay --scene scene.toml"));
         let (name, description) = self.scene;
         Ok(Page { title: format!("Replay of the scene {name}"), subtitle: description.to_owned(), blocks })
-    }
-}
-
-/// The lines at fractions and multiples of the drive frequency, of a velocity.
-fn lines_table(features: &Features) -> Table {
-    let rows = features.lines.iter().map(|line| {
-        vec![
-            line.ratio.to_string(),
-            fixed(1e-3 * line.frequency_hz, 2),
-            significant(1e3 * line.amplitude, 3),
-            significant(line.relative, 3),
-        ]
-    });
-    Table {
-        caption: "Lines of the velocity over the drive.".into(),
-        columns: vec![
-            Column::words("Line"),
-            Column::numbers("Frequency").unit("kHz"),
-            Column::numbers("Amplitude").unit("mm/s"),
-            Column::numbers("Re the drive line").unit("1"),
-        ],
-        rows: rows.collect(),
     }
 }
 
