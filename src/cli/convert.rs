@@ -5,7 +5,7 @@ use std::{
     path::PathBuf,
 };
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ use super::{
     Outcome,
     arguments::{Session, drive_frequency, one_of, usage},
     inspect::{self, KINDS},
-    output::write_atomically,
+    output::{refuse_existing, write_atomically},
     reading::ReadArguments,
 };
 
@@ -56,9 +56,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if !["uff", "unv", "csv"].contains(&extension.as_str()) {
         return Err(usage(format!("{}: expected a name that ends in .uff, .unv or .csv", out.display())));
     }
-    if out.exists() {
-        bail!("{}: the file exists; name another, or delete it first", out.display());
-    }
+    refuse_existing(out, "")?;
     let kind = arguments.kind;
     let options =
         ReadOptions { baseline: Baseline::None, ..arguments.reading.options_of_any(kind, arguments.drive_frequency)? };

@@ -17,6 +17,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use anyhow::Context;
 use console::Term;
 
 use columns::{broken, columns_of};
@@ -149,6 +150,23 @@ pub fn written_atomically(path: &Path, make: impl FnOnce(&mut dyn Write) -> io::
     })?;
     sync_folder(folder);
     Ok(())
+}
+
+/// Refuse to write a file that is there; `how` another is named, such as ` with --out`.
+pub fn refuse_existing(path: &Path, how: &str) -> anyhow::Result<()> {
+    if path.exists() {
+        anyhow::bail!("{}: the file exists; name another{how}, or delete it first", path.display());
+    }
+    Ok(())
+}
+
+/// Write a file that is not there yet; `what` it is, such as `the scene file `.
+pub fn write_new(path: &Path, bytes: &[u8], what: &str, how: &str) -> anyhow::Result<()> {
+    let open = fs::OpenOptions::new().write(true).create_new(true).open(path);
+    match open.and_then(|mut file| file.write_all(bytes)) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => refuse_existing(path, how),
+        written => written.with_context(|| format!("{}: {what}cannot be written", path.display())),
+    }
 }
 
 /// Make a rename survive a power cut; file systems that cannot sync a folder are left alone.

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Map, Value, json};
 
@@ -17,7 +17,7 @@ use bench::BenchChoice;
 use super::{
     Outcome,
     arguments::Session,
-    output::{print, visible},
+    output::{self, print, visible},
 };
 use crate::{
     measurement::shell_word,
@@ -379,18 +379,7 @@ fn header(begun: &str) -> String {
 }
 
 fn write_new(session: &Session, file: &Path, text: &str, from: &str) -> anyhow::Result<()> {
-    let mut options = std::fs::OpenOptions::new();
-    let written = options
-        .write(true)
-        .create_new(true)
-        .open(file)
-        .and_then(|mut open| std::io::Write::write_all(&mut open, text.as_bytes()));
-    match written {
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-            bail!("{}: the file exists; name another, or delete it first", file.display())
-        }
-        written => written.with_context(|| format!("{}: the scene file cannot be written", file.display()))?,
-    }
+    output::write_new(file, text.as_bytes(), "the scene file ", "")?;
     let name = file.display().to_string();
     session.result(
         format_args!("wrote {name}; run it with `granchain replay --scene {}`\n", shell_word(&name)),

@@ -6,12 +6,10 @@ mod unread;
 
 use std::{
     fmt::Write as _,
-    fs::OpenOptions,
-    io::{ErrorKind, Write as _},
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, FromArgMatches};
 use serde_json::json;
 
@@ -20,7 +18,9 @@ use self::{ask::Ask, unread::is_named_horn};
 use super::{
     Outcome,
     arguments::{Session, usage},
-    inspect, mesh, program,
+    inspect, mesh,
+    output::{refuse_existing, write_new},
+    program,
     reading::{ChannelArguments, DriveReadArguments, ReadArguments, shown},
     scene as scene_command, typed,
 };
@@ -33,7 +33,7 @@ use crate::{
     scene::{self, DampingKind, ModelKind, Scene},
     signal::{
         Dimension,
-        feature::{Measurand, Window, amplitude_spectrum},
+        feature::{Window, amplitude_spectrum},
     },
 };
 
@@ -104,6 +104,9 @@ fn parsed(words: &[String], session: &Session) -> anyhow::Result<Arguments> {
     Ok(Arguments { session: session.clone(), ..Arguments::from_arg_matches(&matches)? })
 }
 
+/// How another file is named.
+const OUT: &str = " with --out";
+
 /// The files of a bench, read.
 struct Files {
     bead: Record,
@@ -116,17 +119,17 @@ fn begin(arguments: &Arguments, words: &[String]) -> anyhow::Result<Outcome> {
         return Ok(done);
     }
     let picture = arguments.out.with_extension("png");
-    [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path))?;
+    [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path, OUT))?;
     let files = read(arguments)?;
     let Files { bead, horn, .. } = &files;
     let usual = if bead.kind == RecordKind::Hydrophone { "water" } else { "annulus" };
     let name = arguments.scene.as_deref().unwrap_or(usual);
     let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
     let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
-    write_new(&arguments.out, plan.as_bytes())?;
+    write_new(&arguments.out, plan.as_bytes(), "", OUT)?;
     let session = &arguments.session;
     let drawn = match mesh::picture(&loaded.scene) {
-        Ok(png) => write_new(&picture, &png).map(|()| Some(picture))?,
+        Ok(png) => write_new(&picture, &png, "", OUT).map(|()| Some(picture))?,
         Err(error) => {
             session.note(format_args!("warning: the bench is not drawn: {error:#}"));
             None
@@ -301,69 +304,56 @@ fn definition(
     bead: &Record,
     drive: Option<&Record>,
 ) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let mut line = |words: String| {
-        let _ = writeln!(text, "{words}");
+    let plan = shell_word(&arguments.out.display().to_string()).into_owned();
+    let (measured, of_bead) = (place(arguments, &bead.path), of_record(bead));
+    let drive = match drive {
+        Some(drive) if drive.path != bead.path => {
+            format!("drive.file = {} # {}", place(arguments, &drive.path), of_record(drive))
+        }
+        Some(drive) => format!("# The horn's tip is in the same file: {}.", of_record(drive)),
+        None => "# drive = 'horn_tip.csv' # without one, the piston moves as the scene's own drive says".into(),
     };
-    let place = |path: &Path| {
-        let beside = arguments.out.parent().is_none_or(|folder| folder.as_os_str().is_empty());
-        let path = if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) };
-        toml_text(&path.display().to_string())
+    let quantity = if bead.kind == RecordKind::Hydrophone { "quantity = 'pressure'\n" } else { "" };
+    let channel = |table: &str, given: Vec<(String, String)>, scale: &str, delay: &str| -> String {
+        let examples = [("scale", scale), ("delay", delay), ("invert", "true")];
+        let open = examples.into_iter().filter(|(key, _)| !given.iter().any(|(own, _)| own == key));
+        let open = open.map(|(key, value)| format!("# {table}.{key} = {value}\n"));
+        open.chain(given.iter().map(|(key, value)| format!("{table}.{key} = {value}\n"))).collect()
     };
-    line(
-        "# A plan, begun by `granchain start`. Lines behind `#` are examples: remove the `#` and type your own value."
-            .into(),
-    );
-    line(format!("#\n#   granchain calibrate --plan {}\n#", shell_word(&arguments.out.display().to_string())));
-    line(format!("measured = {} # {}", place(&bead.path), of_record(bead)));
-    let own_file = drive.is_some_and(|drive| drive.path == bead.path);
-    match drive {
-        Some(drive) if !own_file => line(format!("drive.file = {} # {}", place(&drive.path), of_record(drive))),
-        Some(drive) => line(format!("# The horn's tip is in the same file: {}.", of_record(drive))),
-        None => line("# drive = 'horn_tip.csv' # without one, the piston moves as the scene's own drive says".into()),
-    }
-    if bead.kind == RecordKind::Hydrophone {
-        line(format!("quantity = '{}'", Measurand::Pressure.name()));
-    }
-    line(
-        "\n# How the files are read: sensitivity of a column in volts, delay, sign (docs/formats.md has every key)."
-            .into(),
-    );
-    let channels = [
-        (
-            "reading",
-            flags::<ChannelArguments>(words, ""),
-            ["scale = '100 mm/s/V'", "delay = '4.2 us'", "invert = true"],
-        ),
-        (
-            "drive.reading",
-            flags::<DriveReadArguments>(words, "drive-"),
-            ["scale = '2 um/V'", "delay = '0 s'", "invert = true"],
-        ),
-    ];
-    for (table, given, examples) in channels {
-        let is_given = |example: &&str| given.iter().any(|(key, _)| example.starts_with(key.as_str()));
-        examples.iter().filter(|example| !is_given(example)).for_each(|example| line(format!("# {table}.{example}")));
-        given.iter().for_each(|(key, value)| line(format!("{table}.{key} = {value}")));
-    }
-    if let Some(bench) = &arguments.reading.bench {
-        line(format!("bench = {}", place(bench)));
-    }
-    line("\n# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key.".into());
-    line(format!("scene = '{name}'\nset = [\n{}]\n", open_settings(&arguments.set, scene, &OF_THE_BENCH)));
-    line("# What is fitted. alpha is the drive at the first bead divided by the true motion of the horn: 1 if both sensitivities are right and the horn's face moves as its recorded point.".into());
+    let reading = channel("reading", flags::<ChannelArguments>(words, ""), "'100 mm/s/V'", "'4.2 us'");
+    let drive_reading = channel("drive.reading", flags::<DriveReadArguments>(words, "drive-"), "'2 um/V'", "'0 s'");
+    let bench = arguments.reading.bench.as_ref();
+    let bench = bench.map_or_else(String::new, |bench| format!("bench = {}\n", place(arguments, bench)));
+    let settings = open_settings(&arguments.set, scene, &OF_THE_BENCH);
     let others = Parameter::names().into_iter().filter(|name| !["alpha", "damping"].contains(name));
-    line(format!("# fit = ['alpha', 'damping'] # and {}", others.collect::<Vec<_>>().join(", ")));
-    let laws = "laws that compete: linear, kuwabara-kono, linear+kuwabara-kono";
-    match scene.damping.kind {
-        DampingKind::None => line(format!("damping = ['linear'] # the scene has none; {laws}")),
-        law => line(format!("# damping = ['{}'] # {laws}", law.name())),
-    }
-    line("# features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line".into());
-    line("# seed = 1\n# [parameters.alpha]\n# low = 0.05\n# high = 3.0".into());
-    line("# [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005".into());
-    text
+    let others = others.collect::<Vec<_>>().join(", ");
+    let damping = match scene.damping.kind {
+        DampingKind::None => "damping = ['linear'] # the scene has none;".into(),
+        law => format!("# damping = ['{}'] #", law.name()),
+    };
+
+    format!(
+        "# A plan, begun by `granchain start`. Lines behind `#` are examples: remove the `#` and type your own value.\n\
+         #\n#   granchain calibrate --plan {plan}\n#\nmeasured = {measured} # {of_bead}\n{drive}\n{quantity}\n\
+         # How the files are read: sensitivity of a column in volts, delay, sign (docs/formats.md has every key).\n\
+         {reading}{drive_reading}{bench}\n{BENCH}\nscene = '{name}'\nset = [\n{settings}]\n\n\
+         # What is fitted. alpha is the drive at the first bead divided by the true motion of the horn: 1 if both sensitivities are right and the horn's face moves as its recorded point.\n\
+         # fit = ['alpha', 'damping'] # and {others}\n\
+         {damping} laws that compete: linear, kuwabara-kono, linear+kuwabara-kono\n\
+         # features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line\n\
+         # seed = 1\n# [parameters.alpha]\n# low = 0.05\n# high = 3.0\n\
+         # [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005\n"
+    )
+}
+
+/// The line above the bench of a plan.
+const BENCH: &str = "# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key.";
+
+/// A file as a plan names it: from the root where the plan lies in another folder.
+fn place(arguments: &Arguments, path: &Path) -> String {
+    let beside = arguments.out.parent().is_none_or(|folder| folder.as_os_str().is_empty());
+    let path = if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) };
+    toml_text(&path.display().to_string())
 }
 
 /// A text as TOML, literal where it can be.
@@ -405,21 +395,6 @@ fn of_record(record: &Record) -> String {
         shown(record.series.sample_rate(), Dimension::FREQUENCY),
         shown(peak, record.kind.dimension())
     )
-}
-
-fn refuse_existing(path: &Path) -> anyhow::Result<()> {
-    if path.exists() {
-        bail!("{}: the file exists; name another with --out, or delete it first", path.display());
-    }
-    Ok(())
-}
-
-fn write_new(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let written = OpenOptions::new().write(true).create_new(true).open(path).and_then(|mut file| file.write_all(bytes));
-    match written {
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => refuse_existing(path),
-        written => written.with_context(|| format!("{}: cannot be written", path.display())),
-    }
 }
 
 /// A column of the record's file that is neither its time nor what was read.

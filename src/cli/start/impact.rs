@@ -1,16 +1,16 @@
 //! The same of hits of a striker: records of a force sensor, with impulses and no drive.
 
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::path::PathBuf;
 
 use serde_json::json;
 
-use super::{Arguments, open_settings, refuse_existing, toml_text, write_new};
+use super::{Arguments, BENCH, OUT, open_settings, place, toml_text};
 use crate::{
     calibration::impact::Hit,
-    cli::Outcome,
+    cli::{
+        Outcome,
+        output::{refuse_existing, write_new},
+    },
     measurement::{read_sensor, sensor_column, shell_word},
     report::number::{engineering, significant},
     scene::{self, ModelKind},
@@ -39,57 +39,37 @@ pub fn begin(arguments: &Arguments) -> anyhow::Result<Option<Outcome>> {
     else {
         return Ok(None);
     };
-    refuse_existing(&arguments.out)?;
+    refuse_existing(&arguments.out, OUT)?;
     let name = arguments.scene.as_deref().unwrap_or(SCENE);
     let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Chain)?;
     let out = arguments.out.display().to_string();
     let plan = shell_word(&out);
-    let mut text = format!(
+    let records: String =
+        hits.iter().map(|hit| format!("\n[[record]]\nmeasured = {}\n", place(arguments, &hit.record.path))).collect();
+    let text = format!(
         "# A plan, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are examples: remove the `#` and type your own value.\n\
-         #\n#   granchain calibrate --plan {plan}\n#   granchain calibrate --plan {plan} --measured hits/*.csv   # all hits of one column together\n#\n"
-    );
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "# The bench: the built-in scene or scene file nearest to it, and what differs. `granchain scene keys` explains every key."
-    );
-    let _ = writeln!(
-        text,
-        "scene = {}\nset = [\n{}]\n",
+         #\n#   granchain calibrate --plan {plan}\n#   granchain calibrate --plan {plan} --measured hits/*.csv   # all hits of one column together\n#\n\
+         {BENCH}\nscene = {}\nset = [\n{}]\n\n\
+         # What is fitted; alpha (a factor on the velocity) and damping can be too.\nfit = ['support_modulus', 'support_loss']\n\n\
+         # [uncertainty] # standard deviations, of the logarithm\n# drive = 0.05 # the striker's velocity\n\
+         # modulus = 0.004 # the beads' stiffness over their mass\n{records}",
         toml_text(name),
         open_settings(&arguments.set, &loaded.scene, &TABLES)
     );
-    let _ = writeln!(
-        text,
-        "# What is fitted; alpha (a factor on the velocity) and damping can be too.\nfit = ['support_modulus', 'support_loss']\n"
-    );
-    text += "# [uncertainty] # standard deviations, of the logarithm\n# drive = 0.05 # the striker's velocity\n# modulus = 0.004 # the beads' stiffness over their mass\n";
-    let beside = arguments.out.parent().is_none_or(|folder| folder.as_os_str().is_empty());
-    let place = |path: &Path| {
-        if beside { path.to_owned() } else { std::path::absolute(path).unwrap_or_else(|_| path.to_owned()) }
-    };
-    for hit in &hits {
-        let _ =
-            writeln!(text, "\n[[record]]\nmeasured = {}", toml_text(&place(&hit.record.path).display().to_string()));
-    }
-    write_new(&arguments.out, text.as_bytes())?;
-    let mut said = String::new();
-    for hit in &hits {
-        let returned = hit.impulses.returned;
-        let _ = writeln!(
-            said,
-            "{}: impulses of a force sensor (`{}`), no drive; the first returns after {} with {} of its height",
+    write_new(&arguments.out, text.as_bytes(), "", OUT)?;
+    let found = hits.iter().map(|hit| {
+        format!(
+            "{}: impulses of a force sensor (`{}`), no drive; the first returns after {} with {} of its height\n",
             hit.record.path.display(),
             hit.record.column,
-            engineering(returned.delay, "s", 4),
-            significant(returned.ratio, 2)
-        );
-    }
-    let _ = writeln!(said, "scene    {name}: {}", loaded.scene.description);
-    let _ = writeln!(
-        said,
-        "written  {}; state your bench there, then run: granchain calibrate --plan {plan}",
-        arguments.out.display()
+            engineering(hit.impulses.returned.delay, "s", 4),
+            significant(hit.impulses.returned.ratio, 2)
+        )
+    });
+    let said = format!(
+        "{}scene    {name}: {}\nwritten  {out}; state your bench there, then run: granchain calibrate --plan {plan}\n",
+        found.collect::<String>(),
+        loaded.scene.description
     );
     let measured: Vec<_> = hits.iter().map(|hit| &hit.record.path).collect();
     let times: Vec<f64> = hits.iter().map(|hit| hit.impulses.returned.delay).collect();
