@@ -87,9 +87,7 @@ impl Session {
     /// Make the bodies of a scene ready, and say so if they cannot be kept.
     pub fn prepare(&self, scene: &Scene) -> Result<Prepared, ModelError> {
         let prepared = model::prepare_with(scene, self.cache().as_ref())?;
-        if let Some(warning) = prepared.warning() {
-            self.note(format_args!("warning: {warning}"));
-        }
+        self.warn(prepared.warning());
         Ok(prepared)
     }
 
@@ -114,6 +112,11 @@ impl Session {
         if !self.quiet {
             eprintln_quietly(&text);
         }
+    }
+
+    /// What looks wrong, on standard error.
+    pub fn warn(&self, warnings: impl IntoIterator<Item = impl std::fmt::Display>) {
+        warnings.into_iter().for_each(|warning| self.note(format_args!("warning: {warning}")));
     }
 
     /// What was assumed, on standard error: what concerns a file below its name, what holds of every record that states nothing in one line. Reports

@@ -32,14 +32,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{
-        Problem,
-        drive::Input,
-        fit::{FitError, Verdict},
-        plan::Plan,
-        recorded_run::labels,
-        refusal::Refusal,
-    },
+    calibration::{Problem, drive::Input, fit::FitError, plan::Plan, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
     scene::Scene,
@@ -152,9 +145,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let job = prepare(arguments, typed, &InMemory::default())?;
     session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
-    for warning in job.problem.warnings() {
-        session.note(format_args!("warning: {warning}"));
-    }
+    session.warn(job.problem.warnings());
     timing.stage("read");
     let usual = || free_target(&records(&job.problem));
     if dry_run {
@@ -199,16 +190,10 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         }
     };
     let Files { outcome, files } = Files::of(job, &fitted, session, &mut timing, &Stop::on_interrupt())?;
-    folder.write_all(files)?;
-    timing.stage("write");
-    folder.write(timing::FILE, timing.to_json())?;
-    let place = folder.finish()?;
+    let place = folder.finish_with(files, timing)?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;
-    Ok(match outcome.best.verdict {
-        Verdict::OutsideScatter if job.strict => Outcome::Unexplained,
-        verdict => Outcome::of(verdict),
-    })
+    Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
 
 /// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.

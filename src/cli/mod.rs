@@ -59,9 +59,13 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// How a fit with this verdict ended: one that does not explain the record is an answer, one still moving is none.
-    fn of(verdict: Verdict) -> Self {
-        if verdict == Verdict::NotConverged { Self::Unconverged } else { Self::Done }
+    /// How a fit with this verdict ended: one that does not explain the record is an answer unless `strict`, one still moving is none.
+    fn of(verdict: Verdict, strict: bool) -> Self {
+        match verdict {
+            Verdict::NotConverged => Self::Unconverged,
+            Verdict::OutsideScatter if strict => Self::Unexplained,
+            _ => Self::Done,
+        }
     }
 
     fn exit_code(self) -> u8 {
@@ -374,9 +378,11 @@ mod tests {
 
     #[test]
     fn only_a_fit_that_was_still_moving_ends_with_3() {
-        let code = |verdict| Outcome::of(verdict).exit_code();
-        let codes = [Verdict::WithinScatter, Verdict::OutsideScatter, Verdict::NotConverged].map(code);
-        assert_eq!(codes, [0, 0, 3]);
+        let codes = |strict| {
+            let verdicts = [Verdict::WithinScatter, Verdict::OutsideScatter, Verdict::NotConverged];
+            verdicts.map(|verdict| Outcome::of(verdict, strict).exit_code())
+        };
+        assert_eq!([codes(false), codes(true)], [[0, 0, 3], [0, 4, 3]]);
     }
 
     /// Words of a line as a shell parts them, single quotes understood.

@@ -136,9 +136,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         plan.estimate(&scene, ensemble::STEPS_PER_PERIOD).check(&scene.model.limits)?;
     }
     session.assumed(&experiment.assumptions);
-    for warning in experiment.warnings() {
-        session.note(format_args!("warning: {warning}"));
-    }
+    session.warn(experiment.warnings());
     // A long run is kept when it is stopped.
     let stage = |out| match scene.model.kind {
         ModelKind::Fea => OutputFolder::resumable(out, &RESULTS, analysis::COMMAND, analysis.resume, output.force),
@@ -198,9 +196,7 @@ impl Job<'_> {
             timing.stage("mesh_and_factor");
             let finished = analysis.run()?;
             timing.breakdown("analysis", &finished.stages);
-            for warning in &finished.warnings {
-                session.note(format_args!("warning: {warning}"));
-            }
+            session.warn(&finished.warnings);
             assumptions.extend(finished.warnings);
             (finished.response, Some(finished.summary))
         } else {
@@ -209,7 +205,7 @@ impl Job<'_> {
             contact_laws = prepared.contact_laws().cloned();
             let response = run(&prepared, scene, session)?;
             let warnings = prepared.warnings(scene, &response);
-            warnings.iter().for_each(|warning| session.note(format_args!("warning: {warning}")));
+            session.warn(&warnings);
             assumptions.extend(warnings);
             kept = Some(prepared);
             (response, None)
@@ -221,7 +217,7 @@ impl Job<'_> {
             Err(FeatureError::Constant { .. }) => {
                 let warning = "the last bead does not move while the drive is on, so there are no features; a gap may be too wide for the drive, or \
                                friction too strong";
-                session.note(format_args!("warning: {warning}"));
+                session.warn([warning]);
                 assumptions.push(warning.into());
                 None
             }

@@ -108,9 +108,7 @@ fn load(session: &Session, name: &str, overrides: &[String]) -> anyhow::Result<S
             "note: `drive.frequency` is not given: that of the record is taken when the scene runs; what follows from it is shown for 73 kHz",
         );
     }
-    if let Some(warning) = loaded.scene.coarse_ring() {
-        session.note(format_args!("warning: {warning}"));
-    }
+    session.warn(loaded.scene.coarse_ring());
     Ok(loaded.scene.with_limits(session.limits()))
 }
 

@@ -111,9 +111,7 @@ impl Study {
         let base = base(&mut bench, &grid)?;
         experiment::refuse_wrong_units(&bench, &grid)?;
         session.assumed(&bench.assumptions);
-        for warning in bench.warnings() {
-            session.note(format_args!("warning: {warning}"));
-        }
+        session.warn(bench.warnings());
         let ensemble = ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
         refuse_excess(&bench, &base, &grid, ensemble.as_ref())?;
         timing.stage("read");
@@ -160,9 +158,7 @@ impl Study {
             Err(error) => return Err(stopped(error, folder, &self.grid)),
         };
         self.timing.stage("run");
-        if let Some(warning) = self.bodies.warning() {
-            self.session.note(format_args!("warning: {warning}"));
-        }
+        self.session.warn(self.bodies.warning());
         self.conclude(&runs, folder)
     }
 
@@ -181,9 +177,7 @@ impl Study {
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
         }
-        if let Some(warning) = energy {
-            session.note(format_args!("warning: {warning}"));
-        }
+        session.warn(energy);
         let (all, failed) = table.counts();
         if failed > 0 {
             session.note(format_args!("warning: {failed} of {all} runs failed; their reasons stand in the table"));

@@ -48,9 +48,7 @@ pub struct Files {
 pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut Timing) -> anyhow::Result<Fitted> {
     let problem = &job.problem;
     let bodies = problem.bodies(session.cache().as_ref())?;
-    if let Some(warning) = bodies.as_ref().and_then(|bodies| bodies.prepared.warning()) {
-        session.note(format_args!("warning: {warning}"));
-    }
+    session.warn(bodies.as_ref().and_then(|bodies| bodies.prepared.warning()));
     timing.stage("prepare");
     let bar = progress::work(session, problem.work(), "runs");
     let (shown, forecast, work) = (bar.clone(), Forecast::new(session, "the fit"), problem.work() as f64);
@@ -61,9 +59,7 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     });
     let fitted = problem.fit(Schedule { bodies: bodies.as_ref(), saved, watch }).map_err(ended)?;
     bar.finish_and_clear();
-    for warning in &fitted.warnings {
-        session.note(format_args!("warning: {warning}"));
-    }
+    session.warn(&fitted.warnings);
     timing.stage("fit");
     if bodies.is_some() {
         let fidelities =

@@ -2,10 +2,7 @@
 //!
 //! plan and flags → scene and hits → one fit → causes where it does not explain them → report.
 
-use std::{
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::{fmt::Write as _, path::Path};
 
 use super::{
     Arguments, COMMAND, InMemory, RESULTS,
@@ -25,14 +22,7 @@ use crate::{
         problem::DEFAULT_SEED,
         uncertainty::striker,
     },
-    cli::{
-        Outcome,
-        arguments::usage,
-        experiment, interrupt,
-        output::OutputFolder,
-        summary,
-        timing::{self, Timing},
-    },
+    cli::{Outcome, arguments::usage, experiment, interrupt, output::OutputFolder, summary, timing::Timing},
     feature::Measurand,
     measurement::{ReadOptions, RecordKind, read_sensor, read_sensor_bytes},
     report::{
@@ -167,18 +157,10 @@ pub fn execute(job: &Job, arguments: &Arguments, mut timing: Timing) -> anyhow::
             return Err(error);
         }
     };
-    for warning in &outcome.warnings {
-        session.note(format_args!("warning: {warning}"));
-    }
-    folder.write_all(files)?;
-    timing.stage("write");
-    folder.write(timing::FILE, timing.to_json())?;
-    let place = folder.finish()?;
+    session.warn(&outcome.warnings);
+    let place = folder.finish_with(files, timing)?;
     session.result(text(&outcome, &place), &outcome)?;
-    Ok(match outcome.verdict {
-        crate::calibration::fit::Verdict::OutsideScatter if arguments.strict => Outcome::Unexplained,
-        verdict => Outcome::of(verdict),
-    })
+    Ok(Outcome::of(outcome.verdict, arguments.strict))
 }
 
 /// Fit, look for causes, and make every file, until `stop` says so.
@@ -263,9 +245,7 @@ fn text(outcome: &ImpactOutcome, place: &Path) -> String {
     let s = if hits == 1 { "" } else { "s" };
     let mut text = format!("{}: {}, {hits} hit{s} of a striker\n", outcome.verdict, outcome.scene);
     text += &crate::report::impact::lines(outcome);
-    let here = std::env::current_dir();
-    let place: PathBuf = here.map_or(place, |here| place.strip_prefix(here).unwrap_or(place)).join("report.html");
-    let _ =
-        writeln!(text, "{} runs, {} not usable. Report: {}", outcome.evaluations, outcome.failed_runs, place.display());
+    let (runs, failed, page) = (outcome.evaluations, outcome.failed_runs, place.join("report.html"));
+    let _ = writeln!(text, "{runs} runs, {failed} not usable. Report: {}", page.display());
     text
 }

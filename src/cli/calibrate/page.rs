@@ -396,16 +396,8 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     for sentence in counted.map(|it| sentences(&OwnCount(vec![it]))).into_iter().flatten() {
         let _ = writeln!(text, "{sentence}");
     }
-    let _ = writeln!(
-        text,
-        "{} runs, {} not usable. Report: {}",
-        outcome.best.evaluations,
-        outcome.best.failed_runs,
-        std::env::current_dir()
-            .map_or(place, |here| place.strip_prefix(here).unwrap_or(place))
-            .join("report.html")
-            .display()
-    );
+    let (runs, failed, page) = (outcome.best.evaluations, outcome.best.failed_runs, place.join("report.html"));
+    let _ = writeln!(text, "{runs} runs, {failed} not usable. Report: {}", page.display());
     text
 }
 
