@@ -1,6 +1,6 @@
 //! Where everything stands on the sheet, in points (1/72 inch), before anything is drawn.
 
-use super::{Axis, Figure, FigureError, Layer, Map, Panel, Scale, axis::Resolved, font::text_width};
+use super::{Axis, Figure, FigureError, Layer, Map, Panel, Scale, axis::Resolved, extent, font::text_width};
 
 /// Size of all text, pt.
 pub(super) const TEXT: f64 = 8.0;
@@ -213,8 +213,7 @@ pub(super) fn heat(panel: &Panel) -> Option<(&str, (f64, f64))> {
 
 /// Smallest and largest value of a map, apart if they are equal.
 pub(super) fn map_ends(map: &Map) -> (f64, f64) {
-    let low = map.values.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = map.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = extent(map.values.iter().copied());
     if high > low { (low, high) } else { (low - 0.5, high + 0.5) }
 }
 
@@ -283,32 +282,31 @@ fn place<'a>(measured: Measured<'a>, cell_left: f64, left: f64, width: f64, cell
 
 /// Smallest and largest x, and the share of the span to leave free on both sides.
 fn spread_x(panel: &Panel) -> Option<Spread> {
-    let mut seen = Extent::default();
+    let mut seen = Vec::new();
     for layer in panel.layers.iter().filter(|layer| !matches!(layer, Layer::MarkX { .. })) {
-        layer.places(&mut |_, x, _| x.into_iter().for_each(|x| seen.add(x)));
+        layer.places(&mut |_, x, _| seen.extend(x));
     }
     // A map spans the frame, whatever points lie on it.
     let has = |kind: fn(&Layer) -> bool| panel.layers.iter().any(kind);
-    if has(|layer| matches!(layer, Layer::Points { .. })) && !has(|layer| matches!(layer, Layer::HeatMap { .. })) {
-        seen.pad = 0.04;
-    }
-    seen.spread()
+    let roomy =
+        has(|layer| matches!(layer, Layer::Points { .. })) && !has(|layer| matches!(layer, Layer::HeatMap { .. }));
+    spread(seen, if roomy { 0.04 } else { 0.0 })
 }
 
 /// Smallest and largest y among what lies between the ends of the x axis, and the share of the span to leave free.
 fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<Spread> {
     let inside = |x: f64| x >= low_x && x <= high_x;
-    let mut seen = Extent { pad: 0.05, ..Extent::default() };
+    let (mut seen, mut pad) = (Vec::new(), 0.05);
     for layer in &panel.layers {
-        layer.places(&mut |_, x, y| y.into_iter().filter(|_| x.is_none_or(inside)).for_each(|y| seen.add(y)));
+        layer.places(&mut |_, x, y| seen.extend(y.filter(|_| x.is_none_or(inside))));
         match layer {
-            Layer::Bars { .. } => seen.add(0.0),
-            Layer::HeatMap { .. } | Layer::Contour { .. } => seen.pad = 0.0,
+            Layer::Bars { .. } => seen.push(0.0),
+            Layer::HeatMap { .. } | Layer::Contour { .. } => pad = 0.0,
             _ => {}
         }
     }
     let bars_only = panel.layers.iter().all(|layer| matches!(layer, Layer::Bars { .. } | Layer::MarkX { .. }));
-    match seen.spread() {
+    match spread(seen, pad) {
         Some((low, high, pad)) if bars_only && panel.y.scale == Scale::Linear => {
             Some((low, high + 2.0 * pad * (high - low), 0.0))
         }
@@ -319,26 +317,7 @@ fn spread_y(panel: &Panel, (low_x, high_x): (f64, f64)) -> Option<Spread> {
 /// Low, high, and the share of the span to leave free on both sides.
 pub(super) type Spread = (f64, f64, f64);
 
-/// The smallest and the largest value met.
-struct Extent {
-    low: f64,
-    high: f64,
-    pad: f64,
-}
-
-impl Default for Extent {
-    fn default() -> Self {
-        Self { low: f64::INFINITY, high: f64::NEG_INFINITY, pad: 0.0 }
-    }
-}
-
-impl Extent {
-    fn add(&mut self, value: f64) {
-        self.low = self.low.min(value);
-        self.high = self.high.max(value);
-    }
-
-    fn spread(&self) -> Option<Spread> {
-        (self.low <= self.high).then_some((self.low, self.high, self.pad))
-    }
+fn spread(values: Vec<f64>, pad: f64) -> Option<Spread> {
+    let (low, high) = extent(values);
+    (low <= high).then_some((low, high, pad))
 }

@@ -198,6 +198,11 @@ impl Panel {
     }
 }
 
+/// The smallest and the largest of values; ∞ and −∞ of none.
+pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
 /// The points (time s, value) of a series, for [`Panel::line`].
 #[must_use]
 pub fn trace(series: &Series) -> Vec<(f64, f64)> {

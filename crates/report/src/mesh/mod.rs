@@ -6,7 +6,7 @@ mod section;
 pub use revolved::figure as revolved;
 pub use section::{Window, chain, contacts};
 
-use crate::figure::Colour;
+use crate::figure::{Colour, extent};
 use granchain_model::fea::mesh::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Mesh};
 
 /// One body where it stands.
@@ -17,6 +17,14 @@ pub struct Standing<'a> {
     pub mesh: &'a Mesh,
     /// z of the origin of its coordinates, m; 0 is the piston's face.
     pub offset: f64,
+}
+
+impl Standing<'_> {
+    /// Where a node stands: r and z, m.
+    fn place(&self, node: u32) -> [f64; 2] {
+        let [r, z] = self.mesh.nodes[node as usize];
+        [r, z + self.offset]
+    }
 }
 
 /// The bodies of a scene, and the rigid faces that hold them.
@@ -53,16 +61,9 @@ impl Bench<'_> {
 
     /// Smallest and largest (r, z) of all nodes, m.
     fn extent(&self) -> ([f64; 2], [f64; 2]) {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for body in &self.bodies {
-            for [r, z] in &body.mesh.nodes {
-                for (d, value) in [*r, z + body.offset].into_iter().enumerate() {
-                    low[d] = low[d].min(value);
-                    high[d] = high[d].max(value);
-                }
-            }
-        }
-        (low, high)
+        let nodes = || self.bodies.iter().flat_map(|body| body.mesh.nodes.iter().map(|[r, z]| [*r, z + body.offset]));
+        let [r, z] = [0, 1].map(|d| extent(nodes().map(|node| node[d])));
+        ([r.0, z.0], [r.1, z.1])
     }
 
     /// Outlines (r, z) of the piston and of the rigid flat, anticlockwise, m.

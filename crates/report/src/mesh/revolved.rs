@@ -7,9 +7,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{
     Bench, RIGID, Standing, along_side,
-    section::{outer_sides, unique_sides},
+    section::{outer_sides, sides},
 };
-use crate::figure::{Axis, Colour, Figure, Layer, PAGE_WIDTH_MM, Panel, Polygon, Stroke};
+use crate::figure::{Axis, Colour, Figure, Layer, PAGE_WIDTH_MM, Panel, Polygon, Stroke, extent};
 
 /// Steps of the revolution over the three quarters that are left.
 const STEPS: usize = 42;
@@ -78,18 +78,11 @@ pub fn figure(bench: &Bench<'_>) -> Figure {
         let at = |place: [f64; 2]| eye.on_sheet(turned(place, turn));
         for body in &bench.bodies {
             let (colour, share) = bench.colour(body.name);
-            let place = |node: u32| {
-                let [r, z] = body.mesh.nodes[node as usize];
-                [r, z + body.offset]
-            };
             for outline in outlines(body, 0.0) {
                 let corners = outline.into_iter().map(at).collect();
                 faces.push(Polygon { corners, fill: (colour, 0.5 * share) });
             }
-            for ([a, b], (middle, _)) in unique_sides(body.mesh) {
-                let points = along_side(place(a), place(middle), place(b));
-                strokes.push(std::iter::once(place(a)).chain(points).map(at).collect());
-            }
+            strokes.extend(sides(body).into_iter().map(|side| side.into_iter().map(at).collect::<Vec<_>>()));
         }
         for plate in &plates {
             let corners = plate.iter().map(|place| at(*place)).collect();
@@ -98,9 +91,8 @@ pub fn figure(bench: &Bench<'_>) -> Figure {
     }
     let corners = || surfaces.iter().chain(&faces).flat_map(|polygon: &Polygon| &polygon.corners);
     let axis = |label: &str, pick: fn(&(f64, f64)) -> f64| {
-        let ends =
-            corners().map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        Axis::new(label, "mm").times(1e3).range(ends.0 - 0.1 * reach, ends.1 + 0.1 * reach)
+        let (low, high) = extent(corners().map(pick));
+        Axis::new(label, "mm").times(1e3).range(low - 0.1 * reach, high + 0.1 * reach)
     };
     let axes = (axis("Along the projected axis", |corner| corner.0), axis("Across", |corner| corner.1));
     let mut panel = Panel::new(axes.0, axes.1).equal_scales();
@@ -119,10 +111,7 @@ pub fn figure(bench: &Bench<'_>) -> Figure {
 
 /// The closed outlines of a body's section, the body to the left, points at least `step` apart.
 fn outlines(body: &Standing<'_>, step: f64) -> Vec<Vec<[f64; 2]>> {
-    let place = |node: u32| {
-        let [r, z] = body.mesh.nodes[node as usize];
-        [r, z + body.offset]
-    };
+    let place = |node: u32| body.place(node);
     let mut outer = outer_sides(body.mesh);
     let mut outlines = Vec::new();
     while let Some((&start, _)) = outer.first_key_value() {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Bench, RIGID, Standing, along_side, clamped_nodes, contact_nodes};
-use crate::figure::{Axis, Colour, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke};
+use crate::figure::{Axis, Colour, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke, extent};
 use granchain_model::fea::mesh::Mesh;
 
 /// A part of the section, shown closely.
@@ -72,14 +72,13 @@ fn panel(bench: &Bench<'_>, window: &Window, z: Axis, width: f64) -> Panel {
     if !plates.is_empty() {
         panel = panel.shapes("rigid", plates, RIGID);
     }
-    let strokes: Vec<_> = bench.bodies.iter().flat_map(sides).filter(|points| near(points)).collect();
+    let strokes =
+        bench.bodies.iter().flat_map(sides).map(|side| side.into_iter().map(along_and_out).collect::<Vec<_>>());
+    let strokes: Vec<_> = strokes.filter(|points| near(points)).collect();
     panel =
         panel.layer(Layer::Strokes { label: String::new(), strokes, stroke: Stroke::new(Colour::Black).width(width) });
 
-    let place = |body: &Standing<'_>, node: u32| {
-        let [r, z] = body.mesh.nodes[node as usize];
-        (z + body.offset, r)
-    };
+    let place = |body: &Standing<'_>, node: u32| along_and_out(body.place(node));
     let clamped: Vec<Vec<(f64, f64)>> = bench
         .bodies
         .iter()
@@ -104,44 +103,48 @@ fn panel(bench: &Bench<'_>, window: &Window, z: Axis, width: f64) -> Panel {
 
 /// Whether the box round the points meets the window.
 fn crosses(points: &[(f64, f64)], window: &Window) -> bool {
-    let span = |pick: fn(&(f64, f64)) -> f64| {
-        points.iter().map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
-    };
     let meets = |(low, high): (f64, f64), (from, to): (f64, f64)| low <= to && high >= from;
-    meets(span(|point| point.0), window.z) && meets(span(|point| point.1), window.r)
+    let of = |pick: fn(&(f64, f64)) -> f64| extent(points.iter().map(pick));
+    meets(of(|point| point.0), window.z) && meets(of(|point| point.1), window.r)
 }
 
 /// Outline (z, r) of an element.
 fn outline(body: &Standing<'_>, nodes: &[u32]) -> Vec<(f64, f64)> {
     let corners = nodes.len() / 2;
-    let place = |node: u32| body.mesh.nodes[node as usize];
+    let place = |node: u32| body.place(node);
     (0..corners)
         .flat_map(|i| along_side(place(nodes[i]), place(nodes[corners + i]), place(nodes[(i + 1) % corners])))
-        .map(|[r, z]| (z + body.offset, r))
+        .map(along_and_out)
         .collect()
 }
 
-/// Every side of a body once, as points (z, r).
-fn sides(body: &Standing<'_>) -> Vec<Vec<(f64, f64)>> {
-    let place = |node: u32| body.mesh.nodes[node as usize];
-    unique_sides(body.mesh)
-        .into_iter()
-        .map(|([a, b], (middle, _))| {
-            let points = std::iter::once(place(a)).chain(along_side(place(a), place(middle), place(b)));
-            points.map(|[r, z]| (z + body.offset, r)).collect()
-        })
-        .collect()
+/// A point (r, z) as figures of the section have it.
+fn along_and_out([r, z]: [f64; 2]) -> (f64, f64) {
+    (z, r)
+}
+
+/// Every side of a body once, as points (r, z).
+pub(super) fn sides(body: &Standing<'_>) -> Vec<Vec<[f64; 2]>> {
+    let points = |([a, b], (middle, _)): ([u32; 2], (u32, usize))| {
+        let [a, middle, b] = [a, middle, b].map(|node| body.place(node));
+        std::iter::once(a).chain(along_side(a, middle, b)).collect()
+    };
+    unique_sides(body.mesh).into_iter().map(points).collect()
+}
+
+/// Start, middle and end of every side of every element, in its sense.
+fn element_sides(mesh: &Mesh) -> impl Iterator<Item = [u32; 3]> {
+    mesh.elements.iter().flat_map(|element| {
+        let (nodes, corners) = (element.nodes(), element.shape.corners());
+        (0..corners).map(move |i| [nodes[i], nodes[corners + i], nodes[(i + 1) % corners]])
+    })
 }
 
 /// Sides by their corners, smaller number first: the middle, and how many elements share it.
-pub(super) fn unique_sides(mesh: &Mesh) -> BTreeMap<[u32; 2], (u32, usize)> {
+fn unique_sides(mesh: &Mesh) -> BTreeMap<[u32; 2], (u32, usize)> {
     let mut sides = BTreeMap::new();
-    for element in &mesh.elements {
-        let (nodes, corners) = (element.nodes(), element.shape.corners());
-        for i in 0..corners {
-            let (a, b) = (nodes[i], nodes[(i + 1) % corners]);
-            sides.entry([a.min(b), a.max(b)]).or_insert((nodes[corners + i], 0)).1 += 1;
-        }
+    for [a, middle, b] in element_sides(mesh) {
+        sides.entry([a.min(b), a.max(b)]).or_insert((middle, 0)).1 += 1;
     }
     sides
 }
@@ -149,15 +152,6 @@ pub(super) fn unique_sides(mesh: &Mesh) -> BTreeMap<[u32; 2], (u32, usize)> {
 /// The outer sides in the sense of their elements, so that the body lies to the left: start → (middle, end).
 pub(super) fn outer_sides(mesh: &Mesh) -> BTreeMap<u32, (u32, u32)> {
     let shared = unique_sides(mesh);
-    let mut outer = BTreeMap::new();
-    for element in &mesh.elements {
-        let (nodes, corners) = (element.nodes(), element.shape.corners());
-        for i in 0..corners {
-            let (a, b) = (nodes[i], nodes[(i + 1) % corners]);
-            if shared.get(&[a.min(b), a.max(b)]).is_some_and(|(_, count)| *count == 1) {
-                outer.insert(a, (nodes[corners + i], b));
-            }
-        }
-    }
-    outer
+    let is_outer = |[a, _, b]: &[u32; 3]| shared.get(&[*a.min(b), *a.max(b)]).is_some_and(|(_, count)| *count == 1);
+    element_sides(mesh).filter(is_outer).map(|[a, middle, b]| (a, (middle, b))).collect()
 }

@@ -9,7 +9,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value, json};
 
 use super::Drawn;
-use crate::figure::{Axis, Colour, Figure, Layer, Marker, Panel, Scale, Stroke};
+use crate::figure::{Axis, Colour, Figure, Layer, Marker, Panel, Scale, Stroke, extent};
 
 /// A figure whose longest curve has fewer points has nothing to zoom into.
 const FEWEST_POINTS: usize = 32;
@@ -175,8 +175,7 @@ fn thinned(points: &[(f64, f64)], panel: &Panel) -> Vec<(f64, f64)> {
     if [&panel.x, &panel.y].into_iter().any(|axis| axis.scale != Scale::Linear) {
         return kept;
     }
-    let low = points.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
-    let high = points.iter().map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = extent(points.iter().map(|point| point.1));
     let missed = |part: &[(f64, f64)]| (part[1].1 - 0.5 * (part[0].1 + part[2].1)).abs();
     let close = |part: &[(f64, f64)]| part.len() < 3 || missed(part) <= LEFT_OUT * (high - low);
     if kept.len() > FEWEST_POINTS
@@ -207,8 +206,7 @@ fn abscissas(values: Vec<f64>) -> Value {
 fn ordinates(values: impl Iterator<Item = f64>, scale: Scale) -> Value {
     let logarithmic = scale == Scale::Logarithmic;
     let scaled: Vec<f64> = values.map(|value| if logarithmic { value.log10() } else { value }).collect();
-    let low = scaled.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = scaled.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = extent(scaled.iter().copied());
     let step = if high > low { (high - low) / f64::from(u16::MAX) } else { 1.0 };
     let bytes: Vec<u8> =
         scaled.iter().flat_map(|value| (((value - low) / step).round() as u16).to_le_bytes()).collect();
