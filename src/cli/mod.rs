@@ -385,21 +385,6 @@ mod tests {
         assert_eq!([codes(false), codes(true)], [[0, 0, 3], [0, 4, 3]]);
     }
 
-    /// Words of a line as a shell parts them, single quotes understood.
-    fn words(line: &str) -> Vec<String> {
-        let parts = line.split('\'').enumerate();
-        parts.fold(vec![String::new()], |mut words, (number, part)| {
-            if number % 2 == 1 {
-                words.last_mut().expect("a word").push_str(part);
-            } else {
-                let mut blanks = part.split(' ');
-                words.last_mut().expect("a word").push_str(blanks.next().unwrap_or_default());
-                words.extend(blanks.map(str::to_owned));
-            }
-            words
-        })
-    }
-
     #[test]
     fn every_subcommand_shows_an_example_that_it_takes() {
         for subcommand in super::CommandLine::command().get_subcommands() {
@@ -408,7 +393,7 @@ mod tests {
             let mut examples = 0;
             for line in lines {
                 let line = line.split(" > ").next().unwrap_or_default();
-                let arguments = std::iter::once("granchain".to_owned()).chain(words(line));
+                let arguments = std::iter::once("granchain".to_owned()).chain(shell_words::split(line).unwrap());
                 if let Err(error) = super::CommandLine::of(arguments) {
                     panic!("{line}: {error}");
                 }

@@ -1,6 +1,6 @@
 //! Flags that say how a record is to be read, shared by every subcommand that reads one.
 
-use std::{fmt, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -144,7 +144,8 @@ impl ReadArguments {
 }
 
 /// Why the record of a drive cannot be used, where the flags of its reading are those with `drive-`.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}", Self::of_drive(&.0.to_string()))]
 pub struct DriveUnread(pub MeasurementError);
 
 impl DriveUnread {
@@ -178,14 +179,6 @@ impl DriveUnread {
         written
     }
 }
-
-impl fmt::Display for DriveUnread {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&Self::of_drive(&self.0.to_string()))
-    }
-}
-
-impl std::error::Error for DriveUnread {}
 
 fn motion_unit(text: &str) -> Result<String, String> {
     match Unit::parse(text).map_err(|error| error.to_string())?.dimension {

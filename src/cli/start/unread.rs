@@ -1,6 +1,6 @@
 //! What the files of a bench leave open: everything at once, with the flags that would say it.
 
-use std::{fmt, path::Path};
+use std::path::Path;
 
 use crate::{
     cli::reading::DriveUnread,
@@ -8,20 +8,13 @@ use crate::{
 };
 
 /// Why the records cannot be read, and the flags that would settle all of it, with placeholders for its values.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}", messages.join("\n  and "))]
 pub struct Unread {
     messages: Vec<String>,
     /// As they are typed.
     pub flags: String,
 }
-
-impl fmt::Display for Unread {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.messages.join("\n  and "))
-    }
-}
-
-impl std::error::Error for Unread {}
 
 /// Sensitivities of a vibrometer on a bead and on a horn, to be filled in.
 const OF_A_BEAD: &str = "'<VALUE> mm/s/V'";

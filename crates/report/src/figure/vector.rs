@@ -206,27 +206,18 @@ fn steps(points: impl IntoIterator<Item = BackendCoord>, data: &mut String) {
 
 #[cfg(test)]
 mod tests {
+    use plotters::style::{BLACK, ShapeStyle};
+
     use super::*;
-
-    struct Black;
-
-    impl BackendStyle for Black {
-        fn color(&self) -> BackendColor {
-            BackendColor { alpha: 1.0, rgb: (0, 0, 0) }
-        }
-
-        fn stroke_width(&self) -> u32 {
-            6
-        }
-    }
 
     #[test]
     fn neighbours_of_one_style_become_one_path() {
         let mut text = String::new();
         let mut svg = Svg { size: (10, 10), text: &mut text, style: String::new(), outline: String::new() };
-        svg.draw_path([(1, 2), (4, 2), (4, 7), (3, 1)], &Black).unwrap();
-        svg.draw_path([(9, 9), (10, 10)], &Black).unwrap();
-        svg.draw_circle((5, 5), 2, &Black, true).unwrap();
+        let black = ShapeStyle::from(&BLACK).stroke_width(6);
+        svg.draw_path([(1, 2), (4, 2), (4, 7), (3, 1)], &black).unwrap();
+        svg.draw_path([(9, 9), (10, 10)], &black).unwrap();
+        svg.draw_circle((5, 5), 2, &black, true).unwrap();
         svg.present().unwrap();
         assert_eq!(
             text,
