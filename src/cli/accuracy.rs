@@ -36,15 +36,13 @@ pub struct Arguments {
     pub stored: bool,
     #[command(flatten)]
     pub output: OutputArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 /// Perturbed copies for the chaos floor.
 const REPLICATES: usize = 24;
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene, set, full, stored, output, session } = arguments;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let Arguments { scene, set, full, stored, output } = arguments;
     let mut timing = Timing::start();
     let mut command_line = format!("granchain accuracy --scene {}{}", shell_word(&scene), set_flags(&set));
     if full {
@@ -69,7 +67,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
             "about {:.0} s of processor time, to a factor of two; times are measured on one thread",
             ready.expected_seconds().max(1.0)
         ));
-        let bar = progress::Bar(progress::work(&session, ready.cost(), "settings"));
+        let bar = progress::Bar(progress::work(session, ready.cost(), "settings"));
         let outcome = ready.measure(&bar);
         bar.0.finish_and_clear();
         outcome
@@ -82,7 +80,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let report = AccuracyReport { program: summary::program(), command_line, store: full, accuracy };
     if let Some(folder) = folder {
         timing.settings(report.timing());
-        publish(folder, report.files().context("the report cannot be made")?, timing, &session)?;
+        publish(folder, report.files().context("the report cannot be made")?, timing, session)?;
         session.result(text(&report.accuracy), &report.json())?;
     } else {
         let note = "Nothing was written; pass --out DIR for the page, the figures and the tables.\n";

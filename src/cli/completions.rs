@@ -16,8 +16,6 @@ pub struct Arguments {
     /// Which shell
     #[arg(value_enum)]
     shell: clap_complete::Shell,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 #[derive(Debug, Args)]
@@ -26,8 +24,6 @@ pub struct ManArguments {
     /// Folder for `granchain.1` and a page for each subcommand
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
@@ -37,8 +33,8 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-pub fn execute_man(arguments: ManArguments) -> anyhow::Result<Outcome> {
-    let ManArguments { folder, session } = arguments;
+pub fn execute_man(arguments: ManArguments, session: &Session) -> anyhow::Result<Outcome> {
+    let ManArguments { folder } = arguments;
     let unwritten = || format!("{}: the pages cannot be written", folder.display());
     std::fs::create_dir_all(&folder).with_context(unwritten)?;
     clap_mangen::generate_to(CommandLine::command(), &folder).with_context(unwritten)?;

@@ -46,11 +46,9 @@ pub struct Arguments {
     pub text: bool,
     #[command(flatten)]
     pub reading: ReadArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let Arguments { file, out, .. } = &arguments;
     let extension = out.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !["uff", "unv", "csv"].contains(&extension.as_str()) {
@@ -63,7 +61,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let record = inspect::read(file, kind, &options)?;
     let bytes = if extension == "csv" { table(&record).into_bytes() } else { universal(&record, arguments.text) };
     write_atomically(out, &bytes).with_context(|| format!("{}: the record cannot be written", out.display()))?;
-    inspect::warn(&record, &arguments.session);
+    inspect::warn(&record, session);
     let written = Written {
         file: file.display().to_string(),
         sha256: record.sha256.clone(),
@@ -73,7 +71,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         unit: record.recorded.unit(),
         assumptions: record.assumptions.clone(),
     };
-    arguments.session.result(&written, &written)?;
+    session.result(&written, &written)?;
     Ok(Outcome::Done)
 }
 

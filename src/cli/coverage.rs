@@ -98,8 +98,6 @@ pub struct Arguments {
     pub part: PartArguments,
     #[command(flatten)]
     pub output: OutputArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 const MODELS: Words<ModelKind, 2> = [
@@ -119,30 +117,34 @@ struct CoverageSummary<'a> {
     records: &'a [LaboratoryRecord],
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     if arguments.quantity.is_some() || arguments.records > 1 || !arguments.fit.is_empty() {
-        return bench::execute(&arguments);
+        return bench::execute(&arguments, session);
     }
-    let (part, keep_records, session) = (arguments.part.part, arguments.keep_records, arguments.session.clone());
-    if let Some(part) = part {
+    let keep_records = arguments.keep_records;
+    if let Some(part) = arguments.part.part {
         let words: Vec<String> = super::typed().skip(1).collect();
-        return parts::write(part, &*divisible(arguments, &words)?, &session);
+        return parts::write(part, &*divisible(arguments, session.clone(), &words)?, session);
     }
     if let Some(path) = arguments.plan.clone() {
-        return plan::Study::new(&path, arguments, super::typed().skip(1))?.run_here();
+        return plan::Study::new(&path, arguments, session.clone(), super::typed().skip(1))?.run_here();
     }
     if is_impact(&arguments) {
-        return impact::Study::new(arguments)?.run_here();
+        return impact::Study::new(arguments, session.clone())?.run_here();
     }
-    Study::new(arguments)?.run_here(keep_records)
+    Study::new(arguments, session.clone())?.run_here(keep_records)
 }
 
 /// The study that the arguments of parts ask for.
-pub(super) fn divisible(arguments: Arguments, typed: &[String]) -> anyhow::Result<Box<dyn Divisible>> {
+pub(super) fn divisible(
+    arguments: Arguments,
+    session: Session,
+    typed: &[String],
+) -> anyhow::Result<Box<dyn Divisible>> {
     Ok(match arguments.plan.clone() {
-        Some(path) => Box::new(plan::Study::new(&path, arguments, typed.iter().cloned())?),
-        None if is_impact(&arguments) => Box::new(impact::Study::new(arguments)?),
-        None => Box::new(Study::new(arguments)?),
+        Some(path) => Box::new(plan::Study::new(&path, arguments, session, typed.iter().cloned())?),
+        None if is_impact(&arguments) => Box::new(impact::Study::new(arguments, session)?),
+        None => Box::new(Study::new(arguments, session)?),
     })
 }
 
@@ -186,9 +188,8 @@ struct Study {
 }
 
 impl Study {
-    pub(super) fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, session, .. } =
-            arguments;
+    pub(super) fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
+        let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, .. } = arguments;
         let model = model.unwrap_or(ModelKind::Chain);
         if mesh_density.is_some() && model == ModelKind::Chain {
             return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));

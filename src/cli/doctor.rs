@@ -10,10 +10,7 @@ use crate::model::vector_unit;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain doctor --json")]
-pub struct Arguments {
-    #[command(flatten)]
-    pub session: Session,
-}
+pub struct Arguments;
 
 #[derive(Debug, Serialize)]
 struct Findings {
@@ -38,8 +35,7 @@ struct CacheFolder {
     writable: bool,
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let session = &arguments.session;
+pub fn execute(session: &Session) -> anyhow::Result<Outcome> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
     let cache = session.cache().map(|cache| kept(cache.folder()));
     let mut warnings = Vec::new();

@@ -40,8 +40,6 @@ pub struct Arguments {
     pub drive_frequency: Option<f64>,
     #[command(flatten)]
     pub reading: ReadArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 const FORM: &str = r#"Examples:
@@ -81,11 +79,11 @@ pub const KINDS: Words<RecordKind, 3> = [
     ("hydrophone", "Hydrophone: pressure at a point of the water", RecordKind::Hydrophone),
 ];
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let file = &arguments.file;
     if file.is_dir() {
         let rows = folder::rows(&arguments)?;
-        arguments.session.result(folder::Text { folder: file, rows: &rows }, &rows)?;
+        session.result(folder::Text { folder: file, rows: &rows }, &rows)?;
         return Ok(Outcome::Done);
     }
     if let Some(other) = other_file(file) {
@@ -94,13 +92,13 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if is_toml(file) {
         let published = PublishedFeatures::read(file)?;
         let summary = published_summary(&published);
-        arguments.session.result(PublishedText(&published), &summary)?;
+        session.result(PublishedText(&published), &summary)?;
         return Ok(Outcome::Done);
     }
     let options = arguments.reading.options_of_any(arguments.kind, arguments.drive_frequency)?;
     let record = read(file, arguments.kind, &options)?;
     let summary = Summary::of(&record, horn_frequency(&record));
-    arguments.session.result(Text { record: &record, summary: &summary }, &summary)?;
+    session.result(Text { record: &record, summary: &summary }, &summary)?;
     Ok(Outcome::Done)
 }
 

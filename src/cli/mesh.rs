@@ -43,8 +43,6 @@ pub struct Arguments {
     pub set: Vec<String>,
     #[command(flatten)]
     pub output: OutputArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -69,8 +67,8 @@ struct Summary {
     unknowns: usize,
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { scene: name, density, set, output, session } = arguments;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let Arguments { scene: name, density, set, output } = arguments;
     let mut overrides = vec!["model.kind=fea".to_owned()];
     overrides.extend(density.map(|density| format!("model.mesh_density={density}")));
     if density.is_some() && set.iter().any(|set| set.starts_with("model.mesh_density")) {

@@ -125,12 +125,15 @@ fn command_line() -> clap::Command {
         command.mut_subcommand(name, |command| command.mut_arg("bench", |bench| bench.help(BENCH_OF_ANY_KIND)))
     };
     let command = CommandLine::command().mut_subcommand("calibrate", of_calibrate);
-    ["inspect", "convert", "spectrum"].into_iter().fold(command, of_any_kind).mut_subcommands(brief)
+    let mut command = ["inspect", "convert", "spectrum"].into_iter().fold(command, of_any_kind);
+    // What is global stands in every command only then.
+    command.build();
+    command.mut_subcommands(brief)
 }
 
 fn brief(command: clap::Command) -> clap::Command {
     let command = command.mut_args(|argument| {
-        let hidden = SESSION.contains(&argument.get_id().as_str());
+        let hidden = argument.is_hide_set() || SESSION.contains(&argument.get_id().as_str());
         argument.hide(hidden)
     });
     let with_session = |text: &clap::builder::StyledStr| format!("{text}\n\n{SESSION_FLAGS}");
@@ -193,24 +196,24 @@ enum Command {
 }
 
 impl Command {
-    fn execute(self) -> anyhow::Result<Outcome> {
+    fn execute(self, session: &Session) -> anyhow::Result<Outcome> {
         match self {
-            Self::Start(arguments) => start::execute(arguments),
+            Self::Start(arguments) => start::execute(arguments, session),
             Self::Calibrate(arguments) => calibrate::execute(*arguments),
-            Self::Replay(arguments) => replay::execute(arguments),
-            Self::Sweep(arguments) => sweep::execute(arguments),
-            Self::Spectrum(arguments) => spectrum::execute(arguments),
-            Self::Inspect(arguments) => inspect::execute(arguments),
-            Self::Convert(arguments) => convert::execute(arguments),
-            Self::Mesh(arguments) => mesh::execute(arguments),
-            Self::Accuracy(arguments) => accuracy::execute(arguments),
-            Self::Verify(arguments) => verify::execute(arguments),
-            Self::Scene(arguments) => scene::execute(arguments),
-            Self::Coverage(arguments) => coverage::execute(arguments),
-            Self::Merge(arguments) => parts::execute(arguments),
-            Self::Doctor(arguments) => doctor::execute(arguments),
+            Self::Replay(arguments) => replay::execute(arguments, session),
+            Self::Sweep(arguments) => sweep::execute(arguments, session),
+            Self::Spectrum(arguments) => spectrum::execute(arguments, session),
+            Self::Inspect(arguments) => inspect::execute(arguments, session),
+            Self::Convert(arguments) => convert::execute(arguments, session),
+            Self::Mesh(arguments) => mesh::execute(arguments, session),
+            Self::Accuracy(arguments) => accuracy::execute(arguments, session),
+            Self::Verify(arguments) => verify::execute(arguments, session),
+            Self::Scene(arguments) => scene::execute(arguments, session),
+            Self::Coverage(arguments) => coverage::execute(arguments, session),
+            Self::Merge(arguments) => parts::execute(arguments, session),
+            Self::Doctor(_) => doctor::execute(session),
             Self::Completions(arguments) => completions::execute(arguments),
-            Self::Man(arguments) => completions::execute_man(arguments),
+            Self::Man(arguments) => completions::execute_man(arguments, session),
         }
     }
 }
@@ -222,19 +225,15 @@ fn divisible(
     session: &Session,
 ) -> anyhow::Result<Box<dyn parts::Divisible>> {
     let words = std::iter::once("granchain").chain(arguments.iter().map(String::as_str));
-    let CommandLine { mut command, session: own, .. } = CommandLine::of(words)?;
+    let CommandLine { command, session: own, .. } = CommandLine::of(words)?;
     if own.no_limits && !session.no_limits {
         return Err(arguments::usage("the parts were run with --no-limits; pass it to `merge` too"));
     }
     let session = Session { seed: own.seed, ..session.clone() };
-    match &mut command {
-        Command::Sweep(flags) => (flags.output, flags.session) = (output.clone(), session),
-        Command::Coverage(flags) => (flags.output, flags.session) = (output.clone(), session),
-        _ => {}
-    }
+    let output = output.clone();
     match command {
-        Command::Sweep(flags) => Ok(Box::new(sweep::Study::new(flags)?)),
-        Command::Coverage(flags) => coverage::divisible(flags, arguments),
+        Command::Sweep(flags) => Ok(Box::new(sweep::Study::new(sweep::Arguments { output, ..flags }, session)?)),
+        Command::Coverage(flags) => coverage::divisible(coverage::Arguments { output, ..flags }, session, arguments),
         _ => {
             let found = arguments.first().map_or("nothing", String::as_str);
             anyhow::bail!("expected the arguments of sweep or coverage, found `{found}`")
@@ -307,8 +306,10 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
             return u8::try_from(usage.exit_code()).unwrap_or(2);
         }
     };
-    let outcome =
-        interrupt::watch().map_err(anyhow::Error::from).and_then(|()| session.start()).and_then(|()| command.execute());
+    let outcome = interrupt::watch()
+        .map_err(anyhow::Error::from)
+        .and_then(|()| session.start())
+        .and_then(|()| command.execute(&session));
     match outcome {
         Ok(outcome) => outcome.exit_code(),
         Err(error) if output::is_closed_pipe(&error) => 0,

@@ -200,12 +200,10 @@ pub struct Arguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     output: OutputArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { files, output, session } = arguments;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let Arguments { files, output } = arguments;
     if output.out.is_none() {
         return Err(usage("merge needs --out DIR, the folder for the results"));
     }
@@ -214,7 +212,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     }
     let parts = Parts::of(&files)?;
     refuse_devices(&parts.head.arguments)?;
-    let study = divisible(&parts.head.arguments, &output, &session).with_context(|| {
+    let study = divisible(&parts.head.arguments, &output, session).with_context(|| {
         let line = shell_line(&parts.head.arguments);
         format!(
             "the parts are of `{line}`, which cannot be read; run `merge` in the folder in which the parts were run"

@@ -59,8 +59,6 @@ pub struct Arguments {
     pub field: FieldArguments,
     #[command(flatten)]
     pub reading: ReadArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 /// Pressure metrics at a point of the water.
@@ -120,16 +118,16 @@ pub struct Summary {
 /// Results that every replay has.
 const RESULTS: [&str; 5] = ["report.html", "response.csv", "scene.toml", "summary.json", timing::FILE];
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), arguments.ensemble);
     let mut experiment = experiment::read(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
-    experiment.limits = arguments.session.limits();
+    experiment.limits = session.limits();
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
     field::refuse_idle(&arguments.field, &scene)?;
-    let Arguments { analysis, output, session, .. } = &arguments;
+    let Arguments { analysis, output, .. } = &arguments;
     Estimate::of(&scene).check(&scene.model.limits)?;
     let plan = arguments.ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
     if let Some(plan) = &plan {
@@ -143,7 +141,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         ModelKind::Chain | ModelKind::Reduced => OutputFolder::stage(out, &RESULTS, output.force),
     };
     let calibrated = calibrated.as_ref();
-    let job = Job { arguments: &arguments, calibrated, experiment: &experiment, scene: &scene, plan };
+    let job = Job { arguments: &arguments, session, calibrated, experiment: &experiment, scene: &scene, plan };
     let settings = observation::settings(&scene)?;
     let folder = output.out.as_deref().map(stage).transpose()?;
     timing.stage("read");
@@ -173,6 +171,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
 /// Everything read and checked before anything is run.
 struct Job<'a> {
     arguments: &'a Arguments,
+    session: &'a Session,
     calibrated: Option<&'a Calibrated>,
     experiment: &'a Bench,
     scene: &'a Scene,
@@ -187,8 +186,7 @@ impl Job<'_> {
         settings: &FeatureSettings,
         timing: &mut Timing,
     ) -> anyhow::Result<(String, Summary)> {
-        let Self { arguments, calibrated, experiment, scene, plan } = *self;
-        let session = &arguments.session;
+        let Self { arguments, session, calibrated, experiment, scene, plan } = *self;
         let mut assumptions = experiment.assumptions.clone();
         let (mut contact_laws, mut kept) = (None, None);
         let (response, analysis) = if scene.model.kind == ModelKind::Fea {

@@ -31,8 +31,6 @@ use crate::{
     after_help = "Examples:\n  granchain scene show annulus\n  granchain scene init bench.toml\n  granchain scene check bench.toml"
 )]
 pub struct Arguments {
-    #[command(flatten)]
-    pub session: Session,
     #[command(subcommand)]
     action: Action,
 }
@@ -80,8 +78,7 @@ enum Action {
     },
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let session = &arguments.session;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     match arguments.action {
         Action::List => list(session)?,
         Action::Show { scene, toml, set } => show(session, &load(session, &scene, &set)?, toml)?,

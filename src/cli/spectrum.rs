@@ -56,8 +56,6 @@ pub struct Arguments {
     pub drive_reading: DriveReadArguments,
     #[command(flatten)]
     pub output: OutputArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 /// Columns of a `response.csv` of ours.
@@ -115,8 +113,8 @@ impl Summary {
     }
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { file, kind, drive_frequency, drive, from, to, reading, drive_reading, output, session } = arguments;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let Arguments { file, kind, drive_frequency, drive, from, to, reading, drive_reading, output } = arguments;
     if let (Some(from), Some(to)) = (from, to)
         && from >= to
     {
@@ -133,7 +131,7 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         read_record(&file, RecordKind::Vibrometer, &options).context("the response cannot be used")?
     } else {
         let record = inspect::read(&file, kind, &options).context("the record cannot be used")?;
-        warn(&record, &session);
+        warn(&record, session);
         record
     };
     // A drive that says otherwise is warned of; here it only says the window.
@@ -141,9 +139,9 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
         .filled(RecordKind::HornTip, ReadOptions { force_frequency: true, ..drive_reading.options(drive_frequency) })?;
     let drive = drive.or_else(|| drive_reading.options(None).column.is_some().then(|| file.clone()));
     let of_drive = if drive.as_ref() == Some(&file) { of_drive.of_same_file(&options) } else { of_drive };
-    let drive = Drive::find(&file, &record, ours, drive, &of_drive, &session)?;
+    let drive = Drive::find(&file, &record, ours, drive, &of_drive, session)?;
     let noise_rms = if ours { 0.0 } else { record.noise_rms };
-    let summary = Summary::of(&record, drive.as_ref(), drive_frequency, (from, to), noise_rms, &session)?;
+    let summary = Summary::of(&record, drive.as_ref(), drive_frequency, (from, to), noise_rms, session)?;
     if let Some(folder) = folder {
         let place = write(folder, &record.series, &summary)?;
         session.note(format_args!("written to {}", place.display()));

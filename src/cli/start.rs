@@ -60,12 +60,10 @@ pub struct Arguments {
     pub reading: ReadArguments,
     #[command(flatten)]
     pub drive_reading: DriveReadArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 /// Run it: with questions where nothing was typed and somebody can be asked.
-pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
+pub fn execute(mut arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let mut words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
     let mut person = ask::terminal();
     if arguments.files.is_empty() {
@@ -75,10 +73,10 @@ pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
             ));
         };
         words.extend(ask::words(person)?);
-        arguments = parsed(&words, &arguments.session)?;
+        arguments = parsed(&words)?;
     }
     loop {
-        let unread = match begin(&arguments, &words) {
+        let unread = match begin(&arguments, &words, session) {
             Err(error) if error.is::<Unread>() => error,
             done => return done,
         };
@@ -92,16 +90,16 @@ pub fn execute(mut arguments: Arguments) -> anyhow::Result<Outcome> {
             return Err(unread);
         };
         words.extend(flags_typed);
-        arguments = parsed(&words, &arguments.session)?;
+        arguments = parsed(&words)?;
     }
 }
 
 /// Words behind `start` as arguments.
-fn parsed(words: &[String], session: &Session) -> anyhow::Result<Arguments> {
-    let command = Arguments::augment_args(clap::Command::new("start"));
+fn parsed(words: &[String]) -> anyhow::Result<Arguments> {
+    let command = Session::augment_args(Arguments::augment_args(clap::Command::new("start")));
     let words = std::iter::once("start").chain(words.iter().map(String::as_str));
     let matches = command.try_get_matches_from(words).map_err(|error| usage(error.to_string()))?;
-    Ok(Arguments { session: session.clone(), ..Arguments::from_arg_matches(&matches)? })
+    Ok(Arguments::from_arg_matches(&matches)?)
 }
 
 /// How another file is named.
@@ -114,8 +112,8 @@ struct Files {
     why: String,
 }
 
-fn begin(arguments: &Arguments, words: &[String]) -> anyhow::Result<Outcome> {
-    if let Some(done) = impact::begin(arguments)? {
+fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::Result<Outcome> {
+    if let Some(done) = impact::begin(arguments, session)? {
         return Ok(done);
     }
     let picture = arguments.out.with_extension("png");
@@ -127,7 +125,6 @@ fn begin(arguments: &Arguments, words: &[String]) -> anyhow::Result<Outcome> {
     let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
     let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
     write_new(&arguments.out, plan.as_bytes(), "", OUT)?;
-    let session = &arguments.session;
     let drawn = match mesh::picture(&loaded.scene) {
         Ok(png) => write_new(&picture, &png, "", OUT).map(|()| Some(picture))?,
         Err(error) => {

@@ -62,8 +62,6 @@ pub struct Arguments {
     pub part: PartArguments,
     #[command(flatten)]
     pub reading: ReadArguments,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 /// Name of the plan among the state files.
@@ -76,11 +74,11 @@ const COMMAND: &str = "sweep";
 /// Results that every sweep has.
 const RESULTS: [&str; 4] = ["report.html", "sweep.csv", "sweep.json", timing::FILE];
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let (part, resume, session) = (arguments.part.part, arguments.resume, arguments.session.clone());
-    let study = Study::new(arguments)?;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let (part, resume) = (arguments.part.part, arguments.resume);
+    let study = Study::new(arguments, session.clone())?;
     match part {
-        Some(part) => parts::write(part, &study, &session),
+        Some(part) => parts::write(part, &study, session),
         None => study.run_here(resume),
     }
 }
@@ -100,8 +98,8 @@ pub(super) struct Study {
 
 impl Study {
     /// Read what the flags name, and refuse what cannot run.
-    pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        let Arguments { scene: flags, calibration, vary, ensemble, reading, output, session, .. } = arguments;
+    pub fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
+        let Arguments { scene: flags, calibration, vary, ensemble, reading, output, .. } = arguments;
         let mut timing = Timing::start();
         let grid = Grid::new(vary)?;
         let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;

@@ -58,8 +58,6 @@ pub struct Arguments {
     /// Folder with the record and the other input files. Their names may differ; they are recognised by their SHA-256 [default: their original place]
     #[arg(long, value_name = "DIR")]
     pub inputs: Option<PathBuf>,
-    #[command(flatten)]
-    pub session: Session,
 }
 
 /// The arguments of `calibrate`, from the manifest.
@@ -96,14 +94,14 @@ struct Difference {
     found: String,
 }
 
-pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { folder, inputs, session } = arguments;
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let Arguments { folder, inputs } = arguments;
     let folder = std::path::absolute(folder).context("the current folder is unknown")?;
     let manifest = read_manifest(&folder)?;
     let (stored, unknown) = read(&folder, &manifest)?;
     // The folder for the inputs goes when this is dropped.
     let place = tempfile::tempdir().context("a folder for the inputs cannot be made")?;
-    let session = elsewhere(session)?;
+    let session = elsewhere(session.clone())?;
     if let Some(inputs) = &inputs {
         let here = inputs::stage(&manifest.inputs, inputs, place.path())?;
         std::env::set_current_dir(&here).with_context(|| format!("{}: cannot be entered", here.display()))?;

@@ -9,7 +9,7 @@ use crate::{
     calibration::{multi_record::TESTED_TOGETHER, parameter::Parameter, search::Search},
     cli::{
         Outcome,
-        arguments::usage,
+        arguments::{Session, usage},
         interrupt::{self, Interrupted},
         output::page_results,
         progress, summary,
@@ -27,8 +27,8 @@ use crate::{
 const DURATIONS: [&str; 2] = ["duration=900us", "duration=480us"];
 
 /// Make, fit and count the records.
-pub fn execute(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let Arguments { quantity, records, fit, count, evaluations, model, output, session, part, .. } = arguments;
+pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outcome> {
+    let Arguments { quantity, records, fit, count, evaluations, model, output, part, .. } = arguments;
     let (count, model) = (&count.unwrap_or(COUNT), &model.unwrap_or(ModelKind::Chain));
     let pressure = *quantity == Some(Measurand::Pressure);
     if let Some(unknown) = fit.iter().find(|name| !Parameter::names().contains(&name.as_str())) {

@@ -28,19 +28,9 @@ pub struct Study {
 }
 
 impl Study {
-    pub fn new(arguments: Arguments) -> anyhow::Result<Self> {
-        let Arguments {
-            scenario,
-            count,
-            evaluations,
-            model,
-            mesh_density,
-            amplitudes,
-            keep_records,
-            output,
-            session,
-            ..
-        } = arguments;
+    pub fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
+        let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, keep_records, output, .. } =
+            arguments;
         let other = evaluations.is_some() || model.is_some() || mesh_density.is_some() || amplitudes || keep_records;
         if scenario.len() > 1 || other {
             return Err(usage(format!(

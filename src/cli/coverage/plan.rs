@@ -74,9 +74,13 @@ pub struct Study {
 
 impl Study {
     /// Read what the plan `path` names; `typed` is the command line.
-    pub fn new(path: &Path, arguments: Arguments, typed: impl Iterator<Item = String>) -> anyhow::Result<Self> {
-        let Arguments { vary, wrong, add_record, count, evaluations, model, amplitudes, output, session, .. } =
-            arguments;
+    pub fn new(
+        path: &Path,
+        arguments: Arguments,
+        session: Session,
+        typed: impl Iterator<Item = String>,
+    ) -> anyhow::Result<Self> {
+        let Arguments { vary, wrong, add_record, count, evaluations, model, amplitudes, output, .. } = arguments;
         let timing = Timing::start();
         let fits = vary.is_empty() || wrong || count.is_some();
         let mut plan = Plan::read(path)?;

@@ -9,6 +9,7 @@ use crate::{
     calibration::impact::Hit,
     cli::{
         Outcome,
+        arguments::Session,
         output::{refuse_existing, write_new},
     },
     measurement::{read_sensor, sensor_column, shell_word},
@@ -26,7 +27,7 @@ const TABLES: [&str; 4] = ["chain.", "drive.", "support.", "damping."];
 ///
 /// # Errors
 /// A scene that cannot be read, a file that is in the way.
-pub fn begin(arguments: &Arguments) -> anyhow::Result<Option<Outcome>> {
+pub fn begin(arguments: &Arguments, session: &Session) -> anyhow::Result<Option<Outcome>> {
     let options = arguments.reading.options(None);
     let hit = |path: &PathBuf| {
         sensor_column(path, &options)?;
@@ -74,6 +75,6 @@ pub fn begin(arguments: &Arguments) -> anyhow::Result<Option<Outcome>> {
     let measured: Vec<_> = hits.iter().map(|hit| &hit.record.path).collect();
     let times: Vec<f64> = hits.iter().map(|hit| hit.impulses.returned.delay).collect();
     let value = json!({ "plan": arguments.out, "measured": measured, "scene": name, "return_time_s": times });
-    arguments.session.result(said, &value)?;
+    session.result(said, &value)?;
     Ok(Some(Outcome::Done))
 }
