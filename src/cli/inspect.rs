@@ -83,7 +83,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let file = &arguments.file;
     if file.is_dir() {
         let rows = folder::rows(&arguments)?;
-        session.result(folder::Text { folder: file, rows: &rows }, &rows)?;
+        session.result(folder::text(file, &rows), &rows)?;
         return Ok(Outcome::Done);
     }
     if let Some(other) = other_file(file) {

@@ -1,6 +1,6 @@
 //! `granchain mesh`: the finite element mesh of a scene, drawn, counted and written.
 
-use std::{fmt, path::PathBuf, sync::Arc};
+use std::{path::PathBuf, sync::Arc};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, usage, whole},
-    output::OutputFolder,
+    output::{OutputFolder, aligned},
     summary,
 };
 use crate::{
@@ -23,6 +23,7 @@ use crate::{
     report::{
         mesh::{Bench, Standing, Window, chain, contacts, revolved},
         number::{fixed, significant},
+        page::{Column, Table},
     },
     response::{Field, FieldBody, write_vtu},
     scene::{self, FlatContact, ModelKind, Scene, Support},
@@ -88,7 +89,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         let place = write(folder, &scene, &arrangement, &summary)?;
         session.note(format_args!("written to {}", place.display()));
     }
-    session.result(Text(&summary), &summary)?;
+    session.result(text(&summary), &summary)?;
     Ok(Outcome::Done)
 }
 
@@ -229,37 +230,32 @@ fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -
     vec![first, support]
 }
 
-struct Text<'a>(&'a Summary);
-
-impl fmt::Display for Text<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Summary { scene, density, elements_of_patches, kinds, elements, unknowns } = self.0;
-        writeln!(f, "{scene}: mesh of density {density}, patches of {elements_of_patches}")?;
-        writeln!(
-            f,
-            "  {:<13}{:>9}{:>7}{:>9}{:>8}{:>10}{:>11}{:>9}",
-            "body", "elements", "nodes", "unknowns", "contact", "mass mg", "its error", "Jacobian"
-        )?;
-        for kind in kinds {
-            let Kind { bodies, quality, mass_kg, mass_error, .. } = kind;
-            let error = mass_error.map_or_else(|| "–".to_owned(), |error| significant(error, 2));
-            writeln!(
-                f,
-                "  {bodies:<13}{:>9}{:>7}{:>9}{:>8}{:>10}{error:>11}{:>9}",
-                quality.elements,
-                quality.nodes,
-                quality.unknowns,
-                quality.contact_nodes,
-                fixed(1e6 * mass_kg, 6),
-                fixed(quality.worst_jacobian_ratio, 3),
-            )?;
-        }
-        writeln!(f, "  {:<13}{elements:>9}{:>7}{unknowns:>9}", "all bodies", "")?;
-        for Kind { bodies, quality, .. } in kinds {
-            let [shortest, longest] = [quality.shortest_side, quality.longest_side].map(|side| 1e6 * side);
-            let (shortest, longest) = (significant(shortest, 2), significant(longest, 3));
-            writeln!(f, "  sides of elements of {bodies}: {shortest} to {longest} µm")?;
-        }
-        writeln!(f, "  contact: nodes that may touch; Jacobian: smallest over largest determinant,\n  worst element")
-    }
+fn text(summary: &Summary) -> String {
+    let Summary { scene, density, elements_of_patches, kinds, elements, unknowns } = summary;
+    let row = |Kind { bodies, quality, mass_kg, mass_error, .. }: &Kind| {
+        let mut row = vec![bodies.clone()];
+        row.extend([quality.elements, quality.nodes, quality.unknowns, quality.contact_nodes].map(|it| it.to_string()));
+        row.push(fixed(1e6 * mass_kg, 6));
+        row.push(mass_error.map_or_else(|| "–".to_owned(), |error| significant(error, 2)));
+        row.push(fixed(quality.worst_jacobian_ratio, 3));
+        row
+    };
+    let all = ["all bodies".to_owned(), elements.to_string(), String::new(), unknowns.to_string()].to_vec();
+    let numbers = ["elements", "nodes", "unknowns", "contact", "mass mg", "its error", "Jacobian"].map(Column::numbers);
+    let table = Table {
+        caption: String::new(),
+        columns: [Column::words("body")].into_iter().chain(numbers).collect(),
+        rows: kinds.iter().map(row).chain([all]).collect(),
+    };
+    let sides = |Kind { bodies, quality, .. }: &Kind| {
+        let (shortest, longest) =
+            (significant(1e6 * quality.shortest_side, 2), significant(1e6 * quality.longest_side, 3));
+        format!("  sides of elements of {bodies}: {shortest} to {longest} µm\n")
+    };
+    format!(
+        "{scene}: mesh of density {density}, patches of {elements_of_patches}\n{}{}  \
+         contact: nodes that may touch; Jacobian: smallest over largest determinant,\n  worst element\n",
+        aligned(&table),
+        kinds.iter().map(sides).collect::<String>()
+    )
 }

@@ -1,7 +1,6 @@
 //! `granchain spectrum FILE`: lines, peaks and bandwidth of one trace, recorded or simulated.
 
 use std::{
-    fmt,
     io::BufRead as _,
     path::{Path, PathBuf},
 };
@@ -146,7 +145,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         let place = write(folder, &record.series, &summary)?;
         session.note(format_args!("written to {}", place.display()));
     }
-    session.result(Text(&summary), &summary)?;
+    session.result(text(&summary), &summary)?;
     Ok(Outcome::Done)
 }
 
@@ -344,15 +343,9 @@ fn facts(summary: &Summary) -> Vec<(String, String)> {
     facts
 }
 
-struct Text<'a>(&'a Summary);
-
-impl fmt::Display for Text<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Summary { file, quantity, features, .. } = self.0;
-        writeln!(f, "{file}: spectrum of the {quantity}")?;
-        for (name, text) in facts(self.0) {
-            writeln!(f, "  {name:<18}{text}")?;
-        }
-        write!(f, "\n{}", aligned(&page::lines_table(features, shown_unit(features))))
-    }
+fn text(summary: &Summary) -> String {
+    let Summary { file, quantity, features, .. } = summary;
+    let facts: String = facts(summary).iter().map(|(name, text)| format!("  {name:<18}{text}\n")).collect();
+    let lines = aligned(&page::lines_table(features, shown_unit(features)));
+    format!("{file}: spectrum of the {quantity}\n{facts}\n{lines}")
 }

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    fmt,
     path::{Path, PathBuf},
 };
 
@@ -10,7 +9,12 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::{Arguments, Summary, other_file, read, shown};
-use crate::{measurement::MeasurementError, signal::Dimension};
+use crate::{
+    cli::output::aligned,
+    measurement::MeasurementError,
+    report::page::{Column, Table},
+    signal::Dimension,
+};
 
 /// A file of a folder: what it is, or why it is no record.
 #[derive(Debug, Serialize)]
@@ -71,56 +75,41 @@ fn reason(path: &Path, error: &MeasurementError) -> String {
     error.to_string().lines().map(of_line).collect::<Vec<_>>().join("\n")
 }
 
-pub struct Text<'a> {
-    pub folder: &'a Path,
-    pub rows: &'a [Row],
-}
-
-impl fmt::Display for Text<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let records: Vec<(&str, &Summary)> =
-            self.rows.iter().filter_map(|row| Some((row.name.as_str(), row.record.as_ref()?))).collect();
-        writeln!(f, "{}: {} of {} files are records", self.folder.display(), records.len(), self.rows.len())?;
-        let width = records.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).clamp(4, 40);
-        if !records.is_empty() {
-            writeln!(
-                f,
-                "  {:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  from",
-                "file", "kind", "samples", "rate", "duration", "peak"
-            )?;
-        }
-        for (name, record) in records {
-            let peak = record.positive_peak.max(-record.negative_peak);
-            let warnings = match record.warnings.len() {
-                0 => String::new(),
-                count => format!(", {count} warnings"),
-            };
-            writeln!(
-                f,
-                "  {name:<width$}  {:<11}{:>10}{:>13}{:>13}{:>14}  {}{warnings}",
-                record.kind.name(),
-                record.samples,
-                shown(record.sample_rate_hz, Dimension::FREQUENCY),
-                shown(record.duration_s, Dimension::TIME),
-                shown(peak, record.kind.dimension()),
-                record.form,
-            )?;
-        }
-        // Files that need the same flags stand together, the others by their reason.
-        let mut kinds: BTreeMap<(bool, &str), (&str, Vec<&str>)> = BTreeMap::new();
-        for row in self.rows {
-            let Some(reason) = row.refused.as_deref().and_then(|text| text.lines().next()) else { continue };
-            let kind = (row.missing.is_none(), row.missing.as_deref().unwrap_or(reason));
-            kinds.entry(kind).or_insert_with(|| (reason, Vec::new())).1.push(&row.name);
-        }
-        for ((unsettled, flags), (reason, names)) in kinds {
-            writeln!(f)?;
-            if !unsettled {
-                writeln!(f, "  missing: {flags}")?;
-            }
-            writeln!(f, "  – {reason}")?;
-            writeln!(f, "    {}", names.join(", "))?;
-        }
-        Ok(())
+pub fn text(folder: &Path, rows: &[Row]) -> String {
+    let row = |row: &Row| {
+        let record = row.record.as_ref()?;
+        let warnings = match record.warnings.len() {
+            0 => String::new(),
+            count => format!(", {count} warnings"),
+        };
+        Some(vec![
+            row.name.clone(),
+            record.kind.name().to_owned(),
+            record.samples.to_string(),
+            shown(record.sample_rate_hz, Dimension::FREQUENCY),
+            shown(record.duration_s, Dimension::TIME),
+            shown(record.positive_peak.max(-record.negative_peak), record.kind.dimension()),
+            format!("{}{warnings}", record.form),
+        ])
+    };
+    let records: Vec<_> = rows.iter().filter_map(row).collect();
+    let mut text = format!("{}: {} of {} files are records\n", folder.display(), records.len(), rows.len());
+    if !records.is_empty() {
+        let words = ["file", "kind"].map(Column::words).into_iter();
+        let numbers = ["samples", "rate", "duration", "peak"].map(Column::numbers);
+        let columns = words.chain(numbers).chain([Column::words("from")]).collect();
+        text += &aligned(&Table { caption: String::new(), columns, rows: records });
     }
+    // Files that need the same flags stand together, the others by their reason.
+    let mut kinds: BTreeMap<(bool, &str), (&str, Vec<&str>)> = BTreeMap::new();
+    for row in rows {
+        let Some(reason) = row.refused.as_deref().and_then(|text| text.lines().next()) else { continue };
+        let kind = (row.missing.is_none(), row.missing.as_deref().unwrap_or(reason));
+        kinds.entry(kind).or_insert_with(|| (reason, Vec::new())).1.push(&row.name);
+    }
+    for ((unsettled, flags), (reason, names)) in kinds {
+        let missing = if unsettled { String::new() } else { format!("  missing: {flags}\n") };
+        text += &format!("\n{missing}  – {reason}\n    {}\n", names.join(", "));
+    }
+    text
 }
