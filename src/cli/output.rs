@@ -118,14 +118,17 @@ impl OutputError {
 /// Write `bytes` to `path` so that a reader sees the old file or the new one, never a part: temporary file, fsync,
 /// rename.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    written_atomically(path, |file| file.write_all(bytes))
+    written_atomically(path, |file| file.write_all(bytes).map_err(OutputError::io("write", path)))
 }
 
 /// Bytes gathered before they go to a file.
 const BUFFER: usize = 1 << 16;
 
 /// The same of what `make` writes.
-pub fn written_atomically(path: &Path, make: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
+pub fn written_atomically<E: From<OutputError>>(
+    path: &Path,
+    make: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+) -> Result<(), E> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -140,7 +143,8 @@ pub fn written_atomically(path: &Path, make: impl FnOnce(&mut dyn Write) -> io::
     }
     let mut file = builder.tempfile_in(folder).map_err(OutputError::io("create a file", folder))?;
     let mut buffered = io::BufWriter::with_capacity(BUFFER, &mut file);
-    make(&mut buffered).and_then(|()| buffered.flush()).map_err(OutputError::io("write", path))?;
+    make(&mut buffered)?;
+    buffered.flush().map_err(OutputError::io("write", path))?;
     drop(buffered);
     file.as_file().sync_all().map_err(OutputError::io("write", path))?;
     file.persist(path).map_err(|error| OutputError::Io {

@@ -69,25 +69,13 @@ impl OutputFolder {
     /// When `target` is a file, holds foreign files (unless `force`) or one by such a name, or files of ours that were changed since; when it
     /// cannot be written.
     pub fn stage(target: &Path, names: &[&str], force: bool) -> Result<Self, OutputError> {
-        let target = absolute(target)?;
-        let standing = Standing::of(&target)?;
-        standing.refuse_other_kind(&target, force, names)?;
-        standing.refuse(&target, force, names.iter().copied())?;
+        let (target, _) = admitted(target, names, force)?;
         let created = create_parents(&target)?;
         sweep(&target);
         let (work, lock) = partial(&target).inspect_err(|_| remove_empty(&created))?;
         STAGED.lock().unwrap_or_else(PoisonError::into_inner).push(work.clone());
-        Ok(Self {
-            target,
-            work,
-            force,
-            resumable: false,
-            resumed: false,
-            kept: false,
-            created,
-            written: Mutex::new(None),
-            lock,
-        })
+        let (resumable, resumed, kept, written) = (false, false, false, Mutex::new(None));
+        Ok(Self { target, work, force, resumable, resumed, kept, created, written, lock })
     }
 
     /// Make `target` in a folder `.NAME.unfinished` beside it that survives Ctrl-C and kill −9.
@@ -106,10 +94,7 @@ impl OutputFolder {
         resume: bool,
         force: bool,
     ) -> Result<Self, OutputError> {
-        let target = absolute(target)?;
-        let standing = Standing::of(&target)?;
-        standing.refuse_other_kind(&target, force, names)?;
-        standing.refuse(&target, force, names.iter().copied())?;
+        let (target, standing) = admitted(target, names, force)?;
         let work = beside(&target, "unfinished");
         refuse_links(&work)?;
         if resume && !work.exists() {
@@ -188,21 +173,15 @@ impl OutputFolder {
         name: impl AsRef<Path>,
         make: impl FnOnce(&mut dyn io::Write) -> anyhow::Result<()>,
     ) -> anyhow::Result<PathBuf> {
-        let mut failed = None;
-        let written = self.put(name.as_ref(), |name, path| {
-            written_atomically(path, |file| {
-                make(file).map_err(|error| io::Error::other(failed.insert(error).to_string()))
-            })?;
-            digest_of_file(name, path)
-        });
-        // What the maker says of its own is told as it says it.
-        match failed.map(|error| error.downcast::<io::Error>()) {
-            Some(Err(error)) => Err(error),
-            Some(Ok(error)) => {
-                Err(OutputError::io("write", &self.work.join(RESULTS).join(name.as_ref()))(error).into())
-            }
-            None => Ok(written?),
-        }
+        self.put(name.as_ref(), |name, path| {
+            // What the maker says of its own is told as it says it.
+            let failed = |error: anyhow::Error| match error.downcast::<io::Error>() {
+                Ok(error) => OutputError::io("write", path)(error).into(),
+                Err(error) => error,
+            };
+            written_atomically(path, |file| make(file).map_err(failed))?;
+            Ok(digest_of_file(name, path)?)
+        })
     }
 
     /// Take a file of the state into the results; it stays in the state, so that work stopped before its end loses nothing.
@@ -220,14 +199,14 @@ impl OutputFolder {
         })
     }
 
-    fn put(
+    fn put<E: From<OutputError>>(
         &self,
         name: &Path,
-        make: impl FnOnce(&str, &Path) -> Result<String, OutputError>,
-    ) -> Result<PathBuf, OutputError> {
+        make: impl FnOnce(&str, &Path) -> Result<String, E>,
+    ) -> Result<PathBuf, E> {
         let path = self.work.join(RESULTS).join(name);
         let Some(name) = name.to_str().filter(|name| is_plain(name)) else {
-            return Err(OutputError::io("write", &path)(io::ErrorKind::InvalidFilename.into()));
+            return Err(OutputError::io("write", &path)(io::ErrorKind::InvalidFilename.into()).into());
         };
         let mut written = self.written()?;
         if let Some(parent) = path.parent() {
@@ -428,6 +407,15 @@ fn relative(path: &Path) -> PathBuf {
     let here = std::env::current_dir().ok();
     let below = here.and_then(|here| path.strip_prefix(here).ok().map(Path::to_path_buf));
     below.filter(|path| !path.as_os_str().is_empty()).unwrap_or_else(|| path.to_path_buf())
+}
+
+/// `target` from the root and what stands there, if a run that writes `names` may go there.
+fn admitted(target: &Path, names: &[&str], force: bool) -> Result<(PathBuf, Standing), OutputError> {
+    let target = absolute(target)?;
+    let standing = Standing::of(&target)?;
+    standing.refuse_other_kind(&target, force, names)?;
+    standing.refuse(&target, force, names.iter().copied())?;
+    Ok((target, standing))
 }
 
 /// `target` from the root, without `.` or `..` at its end.
