@@ -118,21 +118,14 @@ impl ImpactReport<'_> {
         };
         let text = format!("{} hits; p = {}.", outcome.hits.len(), significant(outcome.p_value, 2));
         let mut blocks = vec![Block::Headline { tone, verdict: verdict.into(), text }];
-        if !outcome.warnings.is_empty() {
-            blocks.push(Block::Notice(outcome.warnings.clone()));
-        }
+        blocks.extend(Block::noticed(&outcome.warnings));
         blocks.push(Block::Table(parameters(outcome)));
-        if !outcome.diagnosis.is_empty() {
-            blocks.push(Block::Heading("Likely causes".into()));
-            let cause = |finding: &granchain_calibration::impact::ImpactFinding| {
-                format!("{} (p = {})", finding.text, significant(finding.p_value, 2))
-            };
-            blocks.push(Block::List(outcome.diagnosis.iter().map(cause).collect()));
-        }
-        blocks.push(Block::Heading("Impulses".into()));
-        blocks.push(Block::Plates(vec![Plate::new("impulses", self.figure())]));
+        let causes = outcome.diagnosis.iter();
+        let causes = causes.map(|it| format!("{} (p = {})", it.text, significant(it.p_value, 2)));
+        blocks.extend(Block::listed("Likely causes", causes.collect()));
+        blocks.extend(Block::Plates(vec![Plate::new("impulses", self.figure())]).under("Impulses"));
         blocks.extend([Block::Table(features(outcome)), Block::Table(hits(outcome))]);
-        blocks.extend([Block::Heading("Assumed".into()), Block::List(outcome.assumptions.clone())]);
+        blocks.extend(Block::List(outcome.assumptions.clone()).under("Assumed"));
         let files = outcome
             .inputs
             .iter()

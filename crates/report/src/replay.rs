@@ -60,26 +60,16 @@ impl ReplayReport<'_> {
         blocks.push(Block::Plates(chain.into_iter().collect()));
         if let Some(features) = features {
             let spectrum = Plate::new("spectrum", spectrum_figure(response.observed, seen, features)?);
-            blocks.extend([
-                Block::Heading("Spectrum".into()),
-                Block::Plates(vec![spectrum]),
-                Block::Table(lines_table(features, (1e3, "mm/s"))),
-            ]);
+            blocks.extend(Block::Plates(vec![spectrum]).under("Spectrum"));
+            blocks.push(Block::Table(lines_table(features, (1e3, "mm/s"))));
         }
         if !self.others.is_empty() {
-            blocks.push(Block::Heading("Besides".into()));
             let plates = self.others.into_iter().map(|(name, figure)| Plate::new(name, figure));
-            blocks.push(Block::Plates(plates.collect()));
+            blocks.extend(Block::Plates(plates.collect()).under("Besides"));
         }
-        blocks.push(Block::Heading("Energy".into()));
-        blocks.push(Block::Table(energy_table(&response.energy)));
-        if let Some(table) = self.ensemble {
-            blocks.extend([Block::Heading("Scatter".into()), Block::Table(table)]);
-        }
-        if !self.assumptions.is_empty() {
-            blocks.push(Block::Heading("Assumed on the way".into()));
-            blocks.push(Block::List(self.assumptions));
-        }
+        blocks.extend(Block::Table(energy_table(&response.energy)).under("Energy"));
+        blocks.extend(self.ensemble.into_iter().flat_map(|table| Block::Table(table).under("Scatter")));
+        blocks.extend(Block::listed("Assumed on the way", self.assumptions));
         let files = vec![("beside this page".into(), "scene.toml, response.csv, summary.json".into())];
         blocks.extend(provenance(files, "granchain replay --scene scene.toml"));
         let (name, description) = self.scene;

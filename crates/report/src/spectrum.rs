@@ -128,9 +128,7 @@ impl SpectrumPage<'_> {
         ];
         let mut blocks =
             vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(lines_table(features, (factor, unit)))];
-        if !self.assumptions.is_empty() {
-            blocks.extend([Block::Heading("Assumed on reading".into()), Block::List(self.assumptions)]);
-        }
+        blocks.extend(Block::listed("Assumed on reading", self.assumptions));
         let subtitle = "Lines, peaks and bandwidth of one trace".to_owned();
         Page { title: format!("Spectrum of the {quantity} in {file}"), subtitle, blocks }.files_beside()
     }

@@ -66,9 +66,7 @@ impl SweepPage<'_> {
     pub fn files(self) -> Result<Files, ReportError> {
         let plates = self.figures.iter().map(|(name, report)| Plate::new(name.clone(), sweep_figure(report))).collect();
         let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(self.table)];
-        if !self.assumptions.is_empty() {
-            blocks.extend([Block::Heading("Assumed on the way".into()), Block::List(self.assumptions)]);
-        }
+        blocks.extend(Block::listed("Assumed on the way", self.assumptions));
         let (name, description) = self.scene;
         Page { title: format!("Sweep of the scene {name}"), subtitle: description.to_owned(), blocks }.files_beside()
     }

@@ -19,15 +19,11 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     let (outcome, laws, lead) = (&report.outcome, report.laws(), report.lead());
     let mut blocks = Vec::new();
     blocks.extend(laws.first().map(|law| headline(report, law)));
-    if !lead.record_notes.is_empty() {
-        blocks.push(Block::Notice(lead.record_notes.clone()));
-    }
+    blocks.extend(Block::noticed(&lead.record_notes));
     // What a reader wants to see first stands first, and once.
     let mut traces = figures::traces(report, lead).into_iter();
     blocks.push(Block::Plates(traces.by_ref().take(1).collect()));
-    if !outcome.warnings.is_empty() {
-        blocks.push(Block::Notice(outcome.warnings.clone()));
-    }
+    blocks.extend(Block::noticed(&outcome.warnings));
     if !outcome.diagnosis.is_empty() {
         let explained = outcome
             .diagnosis
@@ -35,8 +31,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
             .any(|finding| finding.p_value.is_none_or(|p| p >= granchain_calibration::agreement::DOUBTFUL));
         let heading =
             if explained { "What would explain the record" } else { "What comes nearest to explaining the record" };
-        blocks.push(Block::Heading(heading.into()));
-        blocks.push(Block::List(outcome.diagnosis.iter().map(|finding| capitalised(&finding.text)).collect()));
+        blocks.extend(Block::listed(heading, outcome.diagnosis.iter().map(|it| capitalised(&it.text)).collect()));
     } else if lead.recorded.is_some() && laws.first().is_some_and(|law| law.fit.verdict == Verdict::OutsideScatter) {
         blocks.push(Block::Paragraph(NO_CAUSE.into()));
     }
@@ -51,10 +46,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::List(sentences.collect()));
     }
     blocks.push(Block::Facts(facts(report, &laws)));
-    if !outcome.statements.is_empty() {
-        blocks.push(Block::Heading("What the data cannot separate".into()));
-        blocks.push(Block::List(outcome.statements.clone()));
-    }
+    blocks.extend(Block::listed("What the data cannot separate", outcome.statements.clone()));
     // Where mounts compete, the regions of those that explain nothing mean nothing.
     let meaningful = |law: &&Law<'_>| law.fit.mount.is_none() || law.fit.verdict.explains();
     // Nor do those of a model that is rejected.
@@ -82,10 +74,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         );
         section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
     }
-    if let Some(balance) = &report.energy {
-        blocks.push(Block::Heading("Energy".into()));
-        blocks.push(Block::Table(energy_table(balance)));
-    }
+    blocks.extend(report.energy.iter().flat_map(|balance| Block::Table(energy_table(balance)).under("Energy")));
     blocks.extend(report.coverage.iter().cloned());
     provenance(report, &mut blocks);
     Page {
@@ -171,9 +160,7 @@ pub(super) fn preview(report: &CalibrationReport) -> Page {
     let mut blocks =
         vec![Block::Notice(vec!["Nothing has been fitted: the response shown is the scene as given.".into()])];
     let lead = report.lead();
-    if !lead.record_notes.is_empty() {
-        blocks.push(Block::Notice(lead.record_notes.clone()));
-    }
+    blocks.extend(Block::noticed(&lead.record_notes));
     blocks.extend(report.bench.blocks());
     measured(report, figures::traces(report, lead), &mut blocks);
     provenance(report, &mut blocks);
@@ -326,26 +313,13 @@ fn search_words(law: &Law<'_>) -> String {
 
 fn provenance(report: &CalibrationReport, blocks: &mut Vec<Block>) {
     let outcome = &report.outcome;
-    if !outcome.assumptions.is_empty() {
-        blocks.push(Block::Heading("Assumed on reading".into()));
-        blocks.push(Block::List(outcome.assumptions.clone()));
-    }
-    blocks.push(Block::Heading("Provenance".into()));
-    blocks.push(Block::Table(table::inputs(report)));
-    let mut facts =
-        vec![("version".to_owned(), version(&outcome.program)), ("seed".to_owned(), outcome.seed.to_string())];
-    facts.push((
-        "how to cite".to_owned(),
-        format!(
-            "The granchain authors, granchain, version {}, and the paper of the model (see CITATION.cff).",
-            version(&outcome.program)
-        ),
-    ));
-    facts.extend(report.settings.iter().cloned());
-    blocks.push(Block::Facts(facts));
+    blocks.extend(Block::listed("Assumed on reading", outcome.assumptions.clone()));
+    blocks.extend(Block::Table(table::inputs(report)).under("Provenance"));
+    let version = outcome.program.rsplit(' ').next().unwrap_or_default();
+    let cite =
+        format!("The granchain authors, granchain, version {version}, and the paper of the model (see CITATION.cff).");
+    let facts = [("version", version.to_owned()), ("seed", outcome.seed.to_string()), ("how to cite", cite)];
+    let facts = facts.map(|(name, value)| (name.to_owned(), value)).into_iter();
+    blocks.push(Block::Facts(facts.chain(report.settings.iter().cloned()).collect()));
     blocks.push(Block::Code(report.command_line.clone()));
-}
-
-fn version(program: &str) -> String {
-    program.rsplit(' ').next().unwrap_or_default().to_owned()
 }

@@ -182,9 +182,7 @@ fn region_plate(law: &Law<'_>) -> Option<Plate> {
 pub(super) fn companions(report: &CalibrationReport, blocks: &mut Vec<Block>) {
     for (index, record) in report.records.iter().enumerate().skip(1) {
         blocks.push(Block::Heading(format!("Record {}: {}", index + 1, record.label)));
-        if !record.record_notes.is_empty() {
-            blocks.push(Block::Notice(record.record_notes.clone()));
-        }
+        blocks.extend(Block::noticed(&record.record_notes));
         blocks.push(Block::Paragraph(format!(
             "{} of {}; the piston follows {}.{}",
             content::recorded_quantity(report),

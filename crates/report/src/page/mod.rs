@@ -111,6 +111,26 @@ pub enum Block {
     Code(String),
 }
 
+impl Block {
+    /// A block under its heading.
+    #[must_use]
+    pub fn under(self, heading: &str) -> [Self; 2] {
+        [Self::Heading(heading.to_owned()), self]
+    }
+
+    /// A list under its heading; nothing where it has no item.
+    #[must_use]
+    pub fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
+        if items.is_empty() { Vec::new() } else { Self::List(items).under(heading).into() }
+    }
+
+    /// What must not be overlooked, where there is any.
+    #[must_use]
+    pub fn noticed(statements: &[String]) -> Option<Self> {
+        (!statements.is_empty()).then(|| Self::Notice(statements.to_vec()))
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
     pub title: String,
