@@ -189,7 +189,7 @@ fn pressures_are_printed_as_pressures() {
         let arguments = ["water.csv", "--drive-frequency", "73kHz"];
         let output = granchain(folder.path(), &arguments).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
-        assert!(!text.contains("mm/s") && text.contains(&format!("amplitude {wanted}")), "{text}");
+        assert!(!text.contains("mm/s") && text.contains(&format!("Amplitude ({wanted})")), "{text}");
         let drive = text.lines().find(|line| line.trim_start().starts_with("1 ")).unwrap();
         let amplitude: f64 = drive.split_whitespace().nth(2).unwrap().parse().unwrap();
         assert!((amplitude - 17.0).abs() < 3.0, "{text}");
