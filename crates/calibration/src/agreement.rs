@@ -51,7 +51,6 @@ pub struct Agreement {
 
 impl Agreement {
     /// Compares the record at the point `at` of the box; `None` if there are too few runs around it.
-    #[must_use]
     pub fn of(training: &TrainingRuns, at: &[f64], seed: u64) -> Option<Self> {
         let local = training.regress(at)?;
         let own = local.residue(&local.deviation)?;
@@ -88,7 +87,6 @@ impl Agreement {
 
 /// γ² of each feature: the most likely value under an exponential prior; 0 for residuals up to about three standard
 /// deviations.
-#[must_use]
 pub(crate) fn inflation(pulls: &[f64]) -> Vec<f64> {
     pulls.iter().map(|pull| most_likely_inflation(*pull)).collect()
 }

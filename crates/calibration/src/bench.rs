@@ -43,9 +43,6 @@ pub enum BenchError {
 impl Bench {
     /// Reads a scene driven by the record `drive`, or else as the scene states; a record named by the scene is read
     /// here.
-    ///
-    /// # Errors
-    /// [`BenchError`].
     pub fn read(
         source: &str,
         overrides: Vec<String>,
@@ -68,9 +65,6 @@ impl Bench {
     }
 
     /// The scene, with `more` overrides on top.
-    ///
-    /// # Errors
-    /// [`SceneError`].
     pub fn scene_with(&self, more: &[String]) -> Result<Scene, SceneError> {
         let mut overrides: Vec<String> = self.overrides.iter().chain(more).cloned().collect();
         let mut loaded = self.text.load(&overrides, self.preferred)?;
@@ -85,27 +79,21 @@ impl Bench {
     }
 
     /// The scene file and its digest; `None` for a built-in scene.
-    #[must_use]
     pub fn scene_file(&self) -> Option<Input> {
         self.text.file().map(|(path, text)| Input { path: path.into(), sha256: sha256(text.as_bytes()) })
     }
 
     /// Warnings about the drive record.
-    #[must_use]
     pub fn warnings(&self) -> &[String] {
         self.drive.as_ref().map_or(&[], |drive| &drive.warnings)
     }
 
     /// Whether an override names `key`.
-    #[must_use]
     pub fn sets(&self, key: &str) -> bool {
         self.overrides.iter().any(|set| sets(set, key))
     }
 
     /// Which model was chosen, as text, if neither overrides nor notes name one.
-    ///
-    /// # Errors
-    /// [`SceneError`].
     pub fn model_taken(&self) -> Result<Option<String>, SceneError> {
         if self.sets("model.kind") || self.assumptions.iter().any(|text| text.starts_with("`model.kind`")) {
             return Ok(None);
@@ -125,7 +113,6 @@ impl Bench {
 }
 
 /// Whether the assignment `KEY=VALUE` sets `key`.
-#[must_use]
 pub fn sets(assignment: &str, key: &str) -> bool {
     assignment.split('=').next().is_some_and(|name| name.trim() == key)
 }

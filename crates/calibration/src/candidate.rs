@@ -24,7 +24,6 @@ pub struct Candidate {
 
 impl Candidate {
     /// Its name in files: `linear`, `linear-clamped`.
-    #[must_use]
     pub fn key(&self) -> String {
         match self.mount {
             Some(mount) => format!("{}-{}", self.law, mount.name()),
@@ -32,7 +31,6 @@ impl Candidate {
         }
     }
 
-    #[must_use]
     pub fn name(&self) -> String {
         match self.mount {
             Some(mount) => format!("damping law `{}` with the mount `{}`", self.law, mount.name()),
@@ -41,16 +39,12 @@ impl Candidate {
     }
 
     /// The scene of the first record, used above the chain.
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scenes[0]
     }
 }
 
 /// Every law with every mount, on the bench of every record; assumptions are added to `assumptions`.
-///
-/// # Errors
-/// Mounts of a scene without a disc, unknown ones, and ones that cannot be; whatever is wrong with a scene or its parameters.
 pub fn candidates(plan: &Plan, benches: &[&Bench], assumptions: &mut Vec<String>) -> Result<Vec<Candidate>, Refusal> {
     let Some(lead) = benches.first() else { return Err(Contradiction::NoRecord.into()) };
     let scene = lead.scene_with(&[])?;
@@ -124,9 +118,6 @@ fn mounts(
 }
 
 /// The parameters of a scene that are fitted, with their bounds.
-///
-/// # Errors
-/// A parameter that the scene does not have; bounds of another unit or in the wrong order.
 pub fn parameters(plan: &Plan, scene: &Scene) -> Result<Vec<Parameter>, Refusal> {
     let mut parameters = Vec::new();
     for name in plan.fitted() {

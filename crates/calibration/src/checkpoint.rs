@@ -56,7 +56,6 @@ struct Saved<S> {
 
 impl SearchCheckpoint {
     /// A checkpoint at `path`; `key` is the digest of the inputs and settings of the fit.
-    #[must_use]
     pub fn new(path: &Path, key: &str) -> Self {
         Self { path: path.to_owned(), key: key.to_owned() }
     }
@@ -77,9 +76,6 @@ impl SearchCheckpoint {
     }
 
     /// The saved search, if there is one.
-    ///
-    /// # Errors
-    /// When it is unreadable, damaged or of another fit.
     pub fn restore<S: DeserializeOwned>(&self) -> Result<Option<S>, CheckpointError> {
         let path = self.path.clone();
         let bytes = match read_back(&path, LARGE) {

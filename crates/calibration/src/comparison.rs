@@ -149,7 +149,6 @@ impl From<PublishedComparison> for Comparison {
 
 impl Comparison {
     /// Names of the features, in order.
-    #[must_use]
     pub fn names(&self) -> Vec<Cow<'static, str>> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.names(),
@@ -160,7 +159,6 @@ impl Comparison {
     }
 
     /// Recorded value of feature `index`, SI; `None` for a one-sided statement.
-    #[must_use]
     pub fn measured(&self, index: usize) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
@@ -172,7 +170,6 @@ impl Comparison {
     }
 
     /// The same for a record with all amplitudes multiplied by `factor`.
-    #[must_use]
     pub fn scaled(&self, factor: f64) -> Option<Self> {
         let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
         let scaled = |(index, z): (usize, &f64)| if self.unit(index) == "1" { *z } else { z + factor.ln() };
@@ -189,7 +186,6 @@ impl Comparison {
 
     /// Derivative of each feature z with respect to the logarithm of a factor on the trace: 1 for an amplitude, less
     /// near the floor, 0 for a ratio.
-    #[must_use]
     pub fn answers(&self) -> Vec<f64> {
         let answer = |(index, z): (usize, &f64)| match self.amplitude(index, *z) {
             _ if self.unit(index) == "1" => 0.0,
@@ -200,7 +196,6 @@ impl Comparison {
     }
 
     /// Value behind z of feature `index`, SI; `None` for a published statement.
-    #[must_use]
     pub fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, z)),
@@ -209,7 +204,6 @@ impl Comparison {
     }
 
     /// SI unit of feature `index`, `1` for a pure number.
-    #[must_use]
     pub fn unit(&self, index: usize) -> &'static str {
         let pure = match &self.reduction {
             Reduction::Fingerprint(fingerprint) => {
@@ -222,7 +216,6 @@ impl Comparison {
         if pure { "1" } else { self.measurand().unit() }
     }
 
-    #[must_use]
     pub fn measurand(&self) -> Measurand {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.measurand(),
@@ -231,7 +224,6 @@ impl Comparison {
     }
 
     /// Required duration of a run under `drive`, s.
-    #[must_use]
     pub fn duration(&self, drive: &Drive) -> f64 {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) if !fingerprint.by_onset() => {
@@ -246,7 +238,6 @@ impl Comparison {
 
     /// First crossing of the onset threshold by a conditioned trace, s; `None` if there is none, or if the comparison
     /// does not align by onset.
-    #[must_use]
     pub fn onset(&self, trace: &Series) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) if fingerprint.by_onset() => {
@@ -285,16 +276,12 @@ impl Comparison {
     }
 
     /// Required duration of a run with its onset at `onset`, s; `None` if onsets are not used.
-    #[must_use]
     pub(crate) fn end_of_run(&self, onset: f64, drive: &Drive) -> Option<f64> {
         let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
         Some(onset + (fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency)
     }
 
     /// Features z of a conditioned trace (m/s or Pa).
-    ///
-    /// # Errors
-    /// What the fingerprint or the printed features say.
     pub fn reduce(&self, trace: &Series) -> Result<Vec<f64>, String> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.measure(trace).map_err(|error| error.to_string()),
@@ -303,9 +290,6 @@ impl Comparison {
     }
 
     /// The same with other weights for the features named.
-    ///
-    /// # Errors
-    /// An unknown name, or a weight that is negative or not finite.
     pub fn weighted(mut self, weights: &BTreeMap<String, f64>) -> Result<Self, WeightError> {
         let names = self.names();
         for (name, &weight) in weights {

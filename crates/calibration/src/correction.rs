@@ -61,7 +61,6 @@ const ELITES: [usize; 3] = [16, 12, 10];
 pub const BEST: usize = 3;
 
 /// Most pairs without a global search.
-#[must_use]
 pub(crate) fn most_pairs(dimension: usize) -> usize {
     sized(FIRST_ROUND, dimension) + (MOST_ROUNDS - 1) * sized(FURTHER_ROUND, dimension)
 }
@@ -149,13 +148,11 @@ struct Motion {
 
 impl Correction {
     /// A correction that starts from the chain's runs `searched`.
-    #[must_use]
     pub fn new(fidelity: &FidelityLevel, searched: &[Run], seed: u64) -> Self {
         Self::above(fidelity, searched, searched.len(), seed)
     }
 
     /// A correction that starts from the runs of the level below; `before` counts the runs of all levels below.
-    #[must_use]
     pub(crate) fn above(fidelity: &FidelityLevel, searched: &[Run], before: usize, seed: u64) -> Self {
         let chain = fidelity.chain();
         Self {
@@ -212,13 +209,11 @@ impl Correction {
         best.map(|(misfit, run)| (misfit, training.position(run).to_vec()))
     }
 
-    #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
     /// Whether no further round is needed, or allowed.
-    #[must_use]
     pub(crate) fn is_finished(&self) -> bool {
         let settled = !self.motion.leans && self.motion.drift.is_some_and(|drift| drift < STILL);
         let rounds = match self.restarted {
@@ -229,25 +224,21 @@ impl Correction {
     }
 
     /// Whether a global search was made because the chain's region was wrong.
-    #[must_use]
     pub fn restarted(&self) -> bool {
         self.restarted.is_some()
     }
 
     /// Whether the answer lies at the edge of the region covered by runs, and may lie outside it.
-    #[must_use]
     pub fn leans(&self) -> bool {
         self.motion.leans
     }
 
     /// The answer of all pairs.
-    #[must_use]
     pub(crate) fn answer(&self) -> Option<Posterior> {
         self.latest.clone().or_else(|| self.posterior(self.pairs.len()))
     }
 
     /// The upper level's runs of the first `count` pairs, for the regression.
-    #[must_use]
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         self.training_within(self.pairs.iter().take(count).map(|pair| &pair.upper))
     }
@@ -262,7 +253,6 @@ impl Correction {
 
     /// Difference between the levels at a point, by local regression: expected features of both levels, mean and
     /// scatter of the differences of pairs. Empty if a regression is impossible.
-    #[must_use]
     pub fn differences(&self, at: &[f64]) -> Vec<LevelDifference> {
         let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
         let neighbours = neighbours(self.spans.len()).min(both().count().saturating_sub(1));

@@ -152,7 +152,6 @@ pub struct Case<'a> {
 
 impl Case<'_> {
     /// Up to three causes, most likely first; `warned` lists the reader's warnings.
-    #[must_use]
     pub fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = [self.sign(), self.scale()].into_iter().flatten().collect();
         if !findings.iter().any(|finding| finding.p_value.is_some_and(|p| p >= EXPLAINED)) {

@@ -52,21 +52,18 @@ pub struct Discrepancy {
 }
 
 impl Discrepancy {
-    #[must_use]
     pub fn none(training: &TrainingRuns) -> Self {
         let zero = vec![0.0; training.nuggets().len()];
         Self { shift: zero.clone(), nuggets: zero, pairs: 0 }
     }
 
     /// Whether any error is significant.
-    #[must_use]
     pub(crate) fn is_felt(&self) -> bool {
         self.shift.iter().chain(&self.nuggets).any(|z| z.abs() > FELT)
     }
 
     /// Error of the step of a search's runs at a point of the box, with runs numbered from `first`; `None` if there is
     /// no finer step, or if too few runs finish.
-    #[must_use]
     pub(crate) fn of_search(joint: &MultiRecord, at: &[f64], first: u64) -> Option<Self> {
         let points = vec![at.to_vec(); CHAIN_PAIRS];
         let finer = joint.refined()?;
@@ -75,9 +72,6 @@ impl Discrepancy {
     }
 
     /// Error of the bodies' mesh on a fidelity level, from the same runs on finer bodies; `None` if too few finish.
-    ///
-    /// # Errors
-    /// [`Incomplete`].
     pub(crate) fn of_level(
         fidelity: &FidelityLevel,
         finer: &FidelityLevel,

@@ -50,9 +50,6 @@ pub struct InputError {
 
 impl Input {
     /// Reads and digests the file.
-    ///
-    /// # Errors
-    /// When it cannot be read.
     pub fn digest(path: PathBuf) -> Result<Self, InputError> {
         match read_back(&path, LARGE) {
             Ok(bytes) => Ok(Self { path, sha256: sha256(&bytes) }),
@@ -62,7 +59,6 @@ impl Input {
 }
 
 /// The horn-tip record in the folder of a record, if there is one.
-#[must_use]
 pub fn beside(measured: &Path) -> Option<PathBuf> {
     let beside = measured.with_file_name(BESIDE);
     (beside.is_file() && beside != measured).then_some(beside)
@@ -90,17 +86,11 @@ pub struct RecordedDrive {
 impl RecordedDrive {
     /// Reads a horn tip for a fit. The baseline is the mean of the plateau, or of the first samples if the burst has
     /// no plateau: an error in the baseline acts like a gap to the chain, and the plateau's mean is far more accurate.
-    ///
-    /// # Errors
-    /// [`MeasurementError`].
     pub fn read_at_plateau(path: &Path, options: &ReadOptions) -> Result<Self, MeasurementError> {
         at_plateau(options, |options| Self::read(path, options))
     }
 
     /// The same from the bytes of a file; the plateau is used only if no other baseline is requested.
-    ///
-    /// # Errors
-    /// As [`RecordedDrive::read`].
     pub fn of_bytes_at_plateau(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Self, MeasurementError> {
         let read = |options: &ReadOptions| {
             let drive = Self::of(read_record_bytes(path, bytes, Some(RecordKind::HornTip), options)?)?;
@@ -110,18 +100,12 @@ impl RecordedDrive {
     }
 
     /// Read a horn tip.
-    ///
-    /// # Errors
-    /// [`MeasurementError`].
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, MeasurementError> {
         let drive = Self::of(read_record(path, RecordKind::HornTip, options)?)?;
         Ok(Self { options: options.clone(), ..drive })
     }
 
     /// Uses a horn-tip record that has been read.
-    ///
-    /// # Errors
-    /// [`MeasurementError`] when it cannot drive, or does not tell its frequency.
     pub fn of(record: Record) -> Result<Self, MeasurementError> {
         record.check_plausible()?;
         let motion = record.to_drive()?;
@@ -137,7 +121,6 @@ impl RecordedDrive {
     }
 
     /// The scene under this drive, with the record's duration unless `keep_duration`.
-    #[must_use]
     pub fn drive(&self, mut scene: Scene, keep_duration: bool) -> Scene {
         let HornDrive { displacement, recorded_until, drive_frequency, .. } = &self.motion;
         if !keep_duration {
@@ -174,7 +157,6 @@ impl RecordedDrive {
     }
 
     /// Residual noise of the motion; `None` if unknown or negligible.
-    #[must_use]
     pub(crate) fn noise(&self) -> Option<HornNoise> {
         HornNoise::of(&self.motion)
     }
@@ -223,7 +205,6 @@ fn at_plateau(
 }
 
 /// The piston's displacement under a scene's drive at α = 1, m, over its duration.
-#[must_use]
 pub fn displacement(scene: &Scene) -> Series {
     let motion = scene.drive.motion(1.0);
     let count = (scene.duration / scene.output_step).round() as usize + 1;

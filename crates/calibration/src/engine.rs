@@ -29,7 +29,6 @@ pub(super) enum Engine {
 
 /// The scene with `STEPS_PER_CYCLE` output samples a drive period and, with a disc, the longest step that divides the
 /// sample interval and does not exceed the scene's own.
-#[must_use]
 pub(crate) fn sampled_scene(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.output_step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
@@ -40,9 +39,6 @@ pub(crate) fn sampled_scene(scene: &Scene) -> Scene {
 }
 
 /// Trace of a measurand: the velocity at the vibrometer's spot, or the pressure at the scene's first field point.
-///
-/// # Errors
-/// [`ModelError::Unsupported`] for the pressure of a scene without water.
 pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelError> {
     match measurand {
         Measurand::Velocity => Ok(response.observed_velocity().clone()),
@@ -57,9 +53,6 @@ pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelEr
 }
 
 /// The trace of a measurand in every scene, by [`Prepared::traces`] where that has it.
-///
-/// # Errors
-/// As [`Prepared::run`] and [`trace`], for each.
 pub fn traces(
     prepared: &Prepared,
     scenes: &[Scene],
@@ -86,9 +79,6 @@ fn ensemble(scene: &Scene, laws: Option<&FiniteBodyLaws>, refinement: usize) -> 
 
 impl Engine {
     /// Prepares a scene, with the contact laws `laws` if given.
-    ///
-    /// # Errors
-    /// When the scene cannot be run at a fixed step, or has nothing of the measurand.
     pub(super) fn new(scene: &Scene, laws: Option<&FiniteBodyLaws>, measurand: Measurand) -> Result<Self, ModelError> {
         if matches!(scene.support, Support::Disc { .. }) {
             let scene = Arc::new(sampled_scene(scene));
@@ -105,9 +95,6 @@ impl Engine {
     }
 
     /// The same with steps a quarter as long and the same samples; with a disc, half as long.
-    ///
-    /// # Errors
-    /// As [`Engine::new`].
     pub(super) fn refined(&self, scene: &Scene, laws: Option<&FiniteBodyLaws>) -> Result<Self, ModelError> {
         match self {
             Self::Chain(..) => Ok(Self::Chain(Box::new(ensemble(scene, laws, REFINEMENT)?), REFINEMENT)),

@@ -65,14 +65,12 @@ pub struct FidelityLevel {
 }
 
 /// The scene for a search above the chain: as many samples a drive period as the chain has steps.
-#[must_use]
 pub(crate) fn fidelity_scene(scene: &Scene) -> Scene {
     sampled_scene(scene)
 }
 
 /// The chain for a model with bodies, with contact laws fitted to the same bodies at rest. A chain scene is returned
 /// unchanged.
-#[must_use]
 pub fn chain_below(scene: &Scene) -> Scene {
     let mut chain = scene.clone();
     if scene.model.kind.is_meshed() {
@@ -87,7 +85,6 @@ pub fn chain_below(scene: &Scene) -> Scene {
 }
 
 /// The reduced model between chain and finite elements, with the same mesh; `None` for other models.
-#[must_use]
 pub fn reduced_below(scene: &Scene) -> Option<Scene> {
     let mut reduced = scene.clone();
     (reduced.model.reduced.density, reduced.model.reduced.elements) =
@@ -126,9 +123,6 @@ pub struct Bodies {
 
 impl Bodies {
     /// Prepares the bodies of a scene; those of its own model are read from `cache` if present.
-    ///
-    /// # Errors
-    /// When the scene's model, or the chain below it, cannot be made ready.
     pub fn new(scene: &Scene, cache: Option<&Cache>) -> Result<Self, ModelError> {
         let prepared = Arc::new(model::prepare_with(&fidelity_scene(scene), cache)?);
         let below = model::prepare_with(&chain_below(scene), cache)?;
@@ -140,7 +134,6 @@ impl Bodies {
     }
 
     /// The fidelity levels of a scene on these bodies, lowest first, above the runs of `chain`.
-    #[must_use]
     pub fn fidelities(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
         let own = FidelityLevel::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
         let Some((below, scene_below)) = self.below.as_deref().map(|(_, bodies)| bodies).zip(reduced_below(scene))
@@ -157,7 +150,6 @@ impl Bodies {
 
 impl FidelityLevel {
     /// The runs of `chain`, on the bodies of `scene`.
-    #[must_use]
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
         let mut scene = fidelity_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
@@ -188,17 +180,14 @@ impl FidelityLevel {
     }
 
     /// This level on finer bodies, if there are any.
-    #[must_use]
     pub fn finer(&self) -> Option<&Self> {
         self.finer.as_deref()
     }
 
-    #[must_use]
     pub fn chain(&self) -> &Forward {
         &self.chain
     }
 
-    #[must_use]
     pub fn prepared(&self) -> &Arc<Prepared> {
         &self.prepared
     }
@@ -207,9 +196,6 @@ impl FidelityLevel {
     ///
     /// The chain's onset says how long a run has to be simulated; one that proves too short is made again at full length. The chain's
     /// watch is called after every run.
-    ///
-    /// # Errors
-    /// [`Incomplete`] when stopped, or when a finished run cannot be stored.
     pub fn pairs(&self, first: u64, positions: &[Vec<f64>]) -> Result<Vec<Pair>, Incomplete> {
         let chain = self.chain.timed(first, positions);
         let lower = match &self.below {

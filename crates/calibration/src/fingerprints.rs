@@ -52,7 +52,6 @@ pub struct CandidateRuns {
 
 impl CandidateRuns {
     /// Number of runs made; a pair counts as two.
-    #[must_use]
     pub fn len(&self) -> usize {
         let beside: usize = self.narrow.iter().flatten().chain(&self.wide).map(Vec::len).sum();
         beside + self.before(0) + 2 * self.pairs(self.corrections.len())
@@ -60,7 +59,6 @@ impl CandidateRuns {
 
     /// Number of runs made before level `fidelity` above the chain (from 0), without repetitions of lower levels in
     /// pairs.
-    #[must_use]
     pub fn before(&self, fidelity: usize) -> usize {
         self.search.iter().map(Vec::len).sum::<usize>() + self.pairs(fidelity)
     }
@@ -70,7 +68,6 @@ impl CandidateRuns {
         self.corrections.iter().take(fidelities).flatten().map(Vec::len).sum()
     }
 
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -88,13 +85,11 @@ pub struct Names {
 
 impl Names {
     /// The model of a fidelity level; 0 is that of the search.
-    #[must_use]
     pub fn model(&self, fidelity: usize) -> &str {
         self.models.get(fidelity).map_or("?", String::as_str)
     }
 
     /// The header, cell by cell.
-    #[must_use]
     pub fn columns(&self) -> Vec<String> {
         let mut columns = LEADING.map(String::from).to_vec();
         columns.extend(self.parameters.iter().map(|name| format!("u_{name}")));
@@ -108,9 +103,6 @@ impl Names {
 }
 
 /// The table of all runs.
-///
-/// # Errors
-/// What the writer says of memory that is full.
 pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, FingerprintsError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let columns = names.columns();

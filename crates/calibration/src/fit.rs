@@ -60,7 +60,6 @@ impl std::fmt::Display for Verdict {
 }
 
 impl Verdict {
-    #[must_use]
     pub fn explains(self) -> bool {
         self != Self::OutsideScatter
     }
@@ -121,26 +120,22 @@ pub struct Below {
 }
 
 impl Fit {
-    #[must_use]
     pub fn failed(&self) -> usize {
         self.runs.iter().filter(|run| run.outcome.is_err()).count()
     }
 
     /// Runs made on this fidelity level and those below.
-    #[must_use]
     pub fn total_runs(&self) -> usize {
         self.runs.len() + self.below.as_ref().map_or(0, |below| below.fit.total_runs())
     }
 
     /// Runs that failed on this fidelity level and those below.
-    #[must_use]
     pub fn total_failed(&self) -> usize {
         self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
     /// The parameters in a box widened beyond the bounds that the answer presses on; `None` if there is no such bound
     /// that may be moved. A parameter that presses on both ends is not identified, in a wider box neither.
-    #[must_use]
     pub fn widened(&self) -> Option<Vec<Parameter>> {
         self.widened_where(|d| {
             let [low, high] = [0.05, 0.95].map(|probability| self.posterior.quantile(d, probability));
@@ -153,7 +148,6 @@ impl Fit {
 
     /// The parameters in a box four times wider on every side without a user-given bound; `None` if there is no such
     /// side.
-    #[must_use]
     pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
         self.widened_where(|_| (true, true))
     }
@@ -217,19 +211,16 @@ impl Fit {
     }
 
     /// Whether this fit of a wider box explains the record while `narrow` does not, or much better.
-    #[must_use]
     pub(crate) fn improves_on(&self, narrow: &Self) -> bool {
         self.verdict.explains() || self.misfit < BETTER * narrow.misfit
     }
 
     /// The fitted values, SI, in the order of `parameters`.
-    #[must_use]
     pub fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()
     }
 
     /// The fitted point in unit coordinates.
-    #[must_use]
     pub fn position(&self) -> Vec<f64> {
         self.parameters.iter().zip(self.values()).map(|(parameter, value)| parameter.coordinate(value)).collect()
     }
@@ -253,9 +244,6 @@ pub enum FitError {
 }
 
 /// Runs a search to its end (from its current state) for one record or several, and reads the answer from all runs.
-///
-/// # Errors
-/// When it is stopped, or when too few runs finished.
 pub fn fit(
     problem: impl Into<MultiRecord>,
     search: Search,
@@ -267,9 +255,6 @@ pub fn fit(
 }
 
 /// Runs a search to its end from its current state.
-///
-/// # Errors
-/// When it is stopped.
 pub fn searched(
     problem: impl Into<MultiRecord>,
     search: Search,
@@ -298,9 +283,6 @@ pub(crate) struct Standing {
 }
 
 /// Answer and p-value of the amplitudes for a search that has ended.
-///
-/// # Errors
-/// When it is stopped, or when too few runs finished.
 pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Result<Standing, FitError> {
     let joint = problem.into();
     let search = searched(joint.clone(), search, None)?;
@@ -321,9 +303,6 @@ fn elite(at: Vec<f64>, training: &TrainingRuns) -> Vec<Vec<f64>> {
 }
 
 /// Reads the answer from all runs of a search that has ended, then again with the step error found there.
-///
-/// # Errors
-/// When too few runs finished.
 pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
@@ -340,9 +319,6 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
 
 /// Runs a correction of the chain's fit to its end (from its current state) and reads the answer from the upper
 /// level's runs.
-///
-/// # Errors
-/// When it is stopped, or when too few runs finished.
 pub fn correct(
     fidelity: &FidelityLevel,
     chain: Fit,
@@ -353,9 +329,6 @@ pub fn correct(
 }
 
 /// Runs a correction to its end from its current state.
-///
-/// # Errors
-/// When it is stopped.
 pub(crate) fn paired(
     fidelity: &FidelityLevel,
     correction: Correction,
@@ -371,9 +344,6 @@ pub(crate) fn paired(
 
 /// Reads the answer from the upper level's runs of a correction that has ended, then again with the mesh error found
 /// there; `chain` is the fit it started from.
-///
-/// # Errors
-/// When too few runs finished, or when it is stopped.
 pub fn corrected(fidelity: &FidelityLevel, chain: Fit, correction: &Correction) -> Result<Fit, FitError> {
     corrected_by(fidelity, chain, correction, None)
 }

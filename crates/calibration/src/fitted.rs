@@ -87,7 +87,6 @@ impl Default for Schedule<'_> {
 
 impl Problem {
     /// Work in units of chain runs; a correction with a global search does more.
-    #[must_use]
     pub fn work(&self) -> u64 {
         self.candidates.len() as u64 * (self.evaluations as u64 + self.work_above().iter().sum::<u64>())
     }
@@ -114,9 +113,6 @@ impl Problem {
 
     /// Searches every candidate on the chain and corrects it on the fidelity levels above. A mount without any
     /// comparable run is left out with its reason, if others have one.
-    ///
-    /// # Errors
-    /// [`Refusal::Stopped`] when stopped; a candidate that cannot be fitted.
     pub fn fit(&self, schedule: Schedule<'_>) -> Result<Fitted, Refusal> {
         let own = if schedule.bodies.is_none() { self.bodies(None)? } else { None };
         let bodies = schedule.bodies.or(own.as_ref()).filter(|_| !self.above.is_empty());
@@ -168,7 +164,6 @@ impl Problem {
 
 impl FittedCandidate {
     /// The scene of a record (from 0) with the fitted values.
-    #[must_use]
     pub fn scene(&self, number: usize) -> Scene {
         let mut scene = self.candidate.scenes[number].clone();
         for (parameter, value) in self.fit.parameters.iter().zip(self.fit.values()) {
@@ -178,7 +173,6 @@ impl FittedCandidate {
     }
 
     /// Summary of its fit; makes no run.
-    #[must_use]
     pub fn outcome(&self, problem: &Problem) -> FitOutcome {
         let fit = &self.fit;
         let names = problem.lead().comparison.names();
@@ -210,13 +204,11 @@ impl FittedCandidate {
     }
 
     /// Name of its mount, if mounts are compared.
-    #[must_use]
     pub fn mount(&self) -> Option<String> {
         self.candidate.mount.map(|mount| mount.name().to_owned())
     }
 
     /// Result of each fidelity level, lowest first, with its expected features at the answer.
-    #[must_use]
     pub fn fidelities(&self, problem: &Problem) -> Vec<FidelityOutcome> {
         let comparison = &problem.lead().comparison;
         let names = comparison.names();
@@ -258,7 +250,6 @@ impl FittedCandidate {
 
 impl Fitted {
     /// Number of the leading candidate: those that explain the record first, then by evidence.
-    #[must_use]
     pub(crate) fn best_index(&self) -> usize {
         let rank = |fitted: &FittedCandidate| (fitted.fit.verdict.explains(), fitted.fit.log_evidence);
         (0..self.candidates.len())
@@ -269,13 +260,11 @@ impl Fitted {
             .unwrap_or(0)
     }
 
-    #[must_use]
     pub fn best(&self) -> &FittedCandidate {
         &self.candidates[self.best_index()]
     }
 
     /// Its runs and their models.
-    #[must_use]
     pub fn best_made(&self) -> &FitRuns {
         let key = self.best().candidate.key();
         let of_best = self.made.iter().position(|made| made.runs.candidate == key);
@@ -284,7 +273,6 @@ impl Fitted {
 
     /// Up to three likely causes if the best candidate does not explain the first record, most likely first. Makes
     /// further searches on the chain, reported to `watch`.
-    #[must_use]
     pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
         let (best, recorded_run) = (self.best(), problem.lead());
         if best.fit.verdict == Verdict::WithinScatter
@@ -308,14 +296,12 @@ impl Fitted {
     }
 
     /// The law that the record prefers, or `undecided`; `None` if only one was fitted.
-    #[must_use]
     pub fn preferred_law(&self) -> Option<String> {
         let fits: Vec<_> = self.candidates.iter().map(|it| (it.candidate.law.clone(), &it.fit)).collect();
         self.several(|candidate| candidate.law.clone()).then(|| decision(statement::preferred_of(&fits, &[])))
     }
 
     /// The mount that the record prefers, or `undecided`; `None` if only one was fitted.
-    #[must_use]
     pub fn preferred_mount(&self) -> Option<String> {
         let fits: Vec<_> = self.candidates.iter().filter_map(|it| Some((it.mount()?, &it.fit))).collect();
         let excluded = self.excluded.iter().filter_map(|(candidate, _)| candidate.mount);
@@ -333,16 +319,12 @@ impl Fitted {
     }
 
     /// Every run as a table: `fingerprints.csv`.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn fingerprints(&self, problem: &Problem) -> Result<Vec<u8>, fingerprints::FingerprintsError> {
         let runs: Vec<_> = self.made.iter().map(|made| made.runs.clone()).collect();
         fingerprints::to_csv(&problem.names(), &runs)
     }
 
     /// The outcome without the posterior predictive run; makes no run.
-    #[must_use]
     pub fn outcome(&self, problem: &Problem) -> CalibrationOutcome {
         let best = self.best();
         let (fit, lead) = (&best.fit, problem.lead());
@@ -381,7 +363,6 @@ impl Fitted {
     }
 
     /// Every candidate, the best first, the others in the order asked for.
-    #[must_use]
     pub fn ranked(&self) -> Vec<&FittedCandidate> {
         let mut ranked: Vec<&FittedCandidate> = self.candidates.iter().collect();
         ranked.sort_by_key(|other| !std::ptr::eq(*other, self.best()));
@@ -391,7 +372,6 @@ impl Fitted {
 
 impl Problem {
     /// The outcome before any fit.
-    #[must_use]
     pub fn outcome(&self) -> CalibrationOutcome {
         let bench = &self.lead().bench;
         CalibrationOutcome {

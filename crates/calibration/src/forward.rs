@@ -37,7 +37,6 @@ pub struct Run {
 
 impl Run {
     /// The fingerprint of a finished run.
-    #[must_use]
     pub fn features(&self) -> Option<&[f64]> {
         self.outcome.as_deref().ok()
     }
@@ -115,9 +114,6 @@ pub struct Forward {
 impl Forward {
     /// Prepares `scene` for runs long enough for the comparison with a record (an
     /// [`Observation`](super::observation::Observation)) or another [`Comparison`].
-    ///
-    /// # Errors
-    /// When the scene cannot be run at a fixed step.
     pub fn new(
         scene: &Scene,
         parameters: Vec<Parameter>,
@@ -130,9 +126,6 @@ impl Forward {
     }
 
     /// As [`Forward::new`], with contact laws fitted to finite bodies beforehand; `None` keeps the scene's own.
-    ///
-    /// # Errors
-    /// As [`Forward::new`], or when the laws are not those of the scene's bodies.
     pub fn with_laws(
         scene: &Scene,
         laws: Option<&FiniteBodyLaws>,
@@ -182,22 +175,17 @@ impl Forward {
     }
 
     /// Contact laws of its runs, if they are not the scene's own.
-    #[must_use]
     pub fn laws(&self) -> Option<&FiniteBodyLaws> {
         self.laws.as_ref()
     }
 
     /// The same runs with the same draws and a finer step; `None` if there is none.
-    #[must_use]
     pub fn refined(&self) -> Option<Self> {
         let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
         Some(Self { engine, ..self.clone() })
     }
 
     /// The same runs, of another duration (s).
-    ///
-    /// # Errors
-    /// As [`Forward::new`].
     pub(super) fn lasting(&self, duration: f64) -> Result<Self, ModelError> {
         let mut scene = self.scene.clone();
         scene.duration = duration;
@@ -311,13 +299,11 @@ impl Forward {
     /// Run the points, the first of which is run number `first` of the search.
     ///
     /// The draws of a run depend on the seed and its number alone, so neither threads nor batches change a result.
-    #[must_use]
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
         self.timed(first, positions).into_iter().map(|(run, _)| run).collect()
     }
 
     /// As [`Forward::run`], with the onset of every run. After a stop, the remaining runs have no outcome.
-    #[must_use]
     pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
         let chunks: Vec<Vec<TimedRun>> = positions
             .par_chunks(LANES)
@@ -349,7 +335,6 @@ impl Forward {
     }
 
     /// Reports the number of finished runs; returns whether to go on.
-    #[must_use]
     pub fn report(&self, runs: u64) -> bool {
         (self.watch)(runs)
     }
@@ -415,7 +400,6 @@ impl Forward {
 
     /// Posterior predictive runs: `count` points drawn from a posterior with fresh nuisances, and the instrument's
     /// passband for each.
-    #[must_use]
     pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<(Variation, Option<Passband>)> {
         let draw = |number: usize| {
             let mut random = self.generator(PREDICTED + number as u64);
@@ -427,9 +411,6 @@ impl Forward {
     }
 
     /// Features z of a trace (m/s or Pa, 160 samples a drive period) that needs no noise: low-pass, 40 samples a period, features.
-    ///
-    /// # Errors
-    /// What the comparison says of a trace without them.
     pub fn features(&self, trace: Series) -> Result<Vec<f64>, String> {
         let filtered = self.filtered(&trace);
         self.comparison.reduce(&self.bridged(trace, filtered, || 0.0))
@@ -489,7 +470,6 @@ impl Forward {
     /// Passband of the instrument for a run at `position`, if it matters for the comparison. A fitted bandwidth has
     /// the roll-off of a digital filter. If only the bandwidth is stated, any of [`Passband::stated`] is possible, and
     /// `which` selects one.
-    #[must_use]
     pub fn passband(&self, position: &[f64], which: impl FnOnce() -> f64) -> Option<Passband> {
         let mut parameters = self.parameters.iter().zip(position);
         if let Some((fitted, &u)) = parameters.find(|(parameter, _)| parameter.target == Target::Bandwidth) {

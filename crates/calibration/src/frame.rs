@@ -17,7 +17,6 @@ pub struct Frame {
 
 impl Frame {
     /// From points in unit coordinates; `None` if there are not more points than coordinates plus one.
-    #[must_use]
     pub fn of(points: &[&[f64]]) -> Option<Self> {
         let dimension = points.first()?.len();
         if points.len() <= dimension + 1 {
@@ -35,7 +34,6 @@ impl Frame {
     }
 
     /// From mean and covariance in unit coordinates; `None` if the covariance is not positive definite.
-    #[must_use]
     pub(crate) fn with(centre: &[f64], covariance: &[Vec<f64>]) -> Option<Self> {
         let dimension = centre.len();
         let lower = Cholesky::new(DMatrix::from_fn(dimension, dimension, |a, b| covariance[a][b]))?.unpack();
@@ -44,7 +42,6 @@ impl Frame {
     }
 
     /// y of a point u.
-    #[must_use]
     pub fn inside(&self, u: &[f64]) -> Vec<f64> {
         let mut y: Vec<f64> = Vec::with_capacity(u.len());
         for (row, (u, centre)) in self.rows.iter().zip(u.iter().zip(&self.centre)) {
@@ -55,14 +52,12 @@ impl Frame {
     }
 
     /// u of a point y.
-    #[must_use]
     pub fn outside(&self, y: &[f64]) -> Vec<f64> {
         let moved = |row: &Vec<f64>| row.iter().zip(y).map(|(l, y)| l * y).sum::<f64>();
         self.rows.iter().zip(&self.centre).map(|(row, centre)| centre + moved(row)).collect()
     }
 
     /// Volume in u of a unit of y.
-    #[must_use]
     pub fn volume(&self) -> f64 {
         self.rows.iter().enumerate().map(|(d, row)| row[d]).product()
     }

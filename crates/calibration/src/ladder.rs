@@ -40,9 +40,6 @@ pub struct SavedFit {
 impl SavedFit {
     /// Reads the saved states of search and corrections (lowest first) and locates the stored runs of the highest
     /// level.
-    ///
-    /// # Errors
-    /// A state that is damaged or belongs to another fit.
     pub fn restore(
         search: SearchCheckpoint,
         corrections: Vec<SearchCheckpoint>,
@@ -90,9 +87,6 @@ pub(super) struct FittedLevels {
 
 /// Searches a candidate on the chain and corrects it on the fidelity levels above, with its `bodies`; `watch` receives
 /// the number of runs.
-///
-/// # Errors
-/// When it is stopped, cannot be run, or its correction has no answer.
 pub(super) fn fit_levels(
     problem: &Problem,
     candidate: &Candidate,
@@ -260,7 +254,6 @@ pub(super) fn fit_levels(
 impl Problem {
     /// What the waveforms of its records can say of a candidate's parameters at these values (SI), from some 950 runs of the chain and without a fit;
     /// `None` where they cannot be compared by their waveform. `deviations`: a first guess of the standard deviations, ln.
-    #[must_use]
     pub fn bound(
         &self,
         candidate: &Candidate,

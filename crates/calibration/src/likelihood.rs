@@ -27,7 +27,6 @@ use super::frame::Frame;
 pub(crate) const NEIGHBOURS: usize = 40;
 
 /// Neighbours k of a local regression on `dimension` parameters: more parameters need more neighbours.
-#[must_use]
 pub const fn neighbours(dimension: usize) -> usize {
     match dimension {
         0..=2 => NEIGHBOURS,
@@ -62,7 +61,6 @@ pub struct TrainingRuns {
 impl TrainingRuns {
     /// Runs (unit coordinates, fingerprint) to be judged against `observed`; `weights` w divide the covariance of features
     /// f and g by √(w_f w_g).
-    #[must_use]
     pub fn new<'a>(
         runs: impl Iterator<Item = (&'a [f64], &'a [f64])>,
         observed: &[f64],
@@ -136,13 +134,11 @@ impl TrainingRuns {
         self
     }
 
-    #[must_use]
     pub fn records(&self) -> usize {
         self.parts.len()
     }
 
     /// Range of the features of record `record`.
-    #[must_use]
     pub fn part(&self, record: usize) -> Range<usize> {
         self.parts[record].clone()
     }
@@ -176,7 +172,6 @@ impl TrainingRuns {
     }
 
     /// The frame for distances, and the runs in it.
-    #[must_use]
     pub fn frame(&self) -> Option<&(Frame, Vec<Vec<f64>>)> {
         self.frame.as_ref()
     }
@@ -188,24 +183,20 @@ impl TrainingRuns {
         self
     }
 
-    #[must_use]
     pub(crate) fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
     /// Tempering exponent β of the likelihood.
-    #[must_use]
     pub fn power(&self) -> f64 {
         self.power
     }
 
-    #[must_use]
     pub fn len(&self) -> usize {
         self.positions.len()
     }
 
     /// Whether there are no runs.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
@@ -224,7 +215,6 @@ impl TrainingRuns {
     }
 
     /// The runs nearest to a point, nearest first.
-    #[must_use]
     pub fn nearest(&self, at: &[f64], count: usize) -> Vec<usize> {
         let squared = self.distances(at);
         let mut order: Vec<usize> = (0..squared.len()).collect();
@@ -234,13 +224,11 @@ impl TrainingRuns {
     }
 
     /// Regress at the point `at`; `None` with too few runs or a degenerate neighbourhood.
-    #[must_use]
     pub(crate) fn regress(&self, at: &[f64]) -> Option<Local> {
         self.regress_over(at, &self.distances(at))
     }
 
     /// The regression at a run's position without that run: the run's deviation from it, and the regression.
-    #[must_use]
     pub(crate) fn regress_leaving(&self, run: usize) -> Option<(&[f64], Local)> {
         let at = &self.positions[run];
         let mut squared = self.distances(at);
@@ -249,7 +237,6 @@ impl TrainingRuns {
     }
 
     /// SL at a point; −∞ if a regression is impossible.
-    #[must_use]
     pub(crate) fn log_likelihood(&self, at: &[f64]) -> f64 {
         if let Some((low, high)) = &self.domain
             && !at.iter().zip(low.iter().zip(high)).all(|(u, (low, high))| (*low..=*high).contains(u))
@@ -260,7 +247,6 @@ impl TrainingRuns {
     }
 
     /// Misfit of each run: mean over features of min(|z − z₀|/s, 5)², s the scatter.
-    #[must_use]
     pub fn misfits(&self, scatter: &[f64]) -> Vec<f64> {
         let total: f64 = self.weights.iter().sum();
         self.deviations
@@ -270,7 +256,6 @@ impl TrainingRuns {
     }
 
     /// Standard deviation of each feature over all runs, nugget included: the scatter before any regression.
-    #[must_use]
     pub fn spread(&self) -> Vec<f64> {
         let count = self.len().max(1) as f64;
         (0..self.nuggets.len())
@@ -283,13 +268,11 @@ impl TrainingRuns {
     }
 
     /// Smallest scatter allowed to each feature.
-    #[must_use]
     pub(crate) fn nuggets(&self) -> &[f64] {
         &self.nuggets
     }
 
     /// Distance from a run to its `rank`-th nearest other run, in unit coordinates.
-    #[must_use]
     pub fn spacing(&self, run: usize, rank: usize) -> f64 {
         let mut distances: Vec<f64> = (0..self.len())
             .filter(|&other| other != run)
@@ -303,7 +286,6 @@ impl TrainingRuns {
         distances.get(rank.saturating_sub(1)).copied().unwrap_or(0.5)
     }
 
-    #[must_use]
     pub fn position(&self, run: usize) -> &[f64] {
         &self.positions[run]
     }

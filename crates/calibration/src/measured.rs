@@ -41,16 +41,12 @@ pub struct MeasuredFeatures {
 }
 
 /// Whether a file holds published features.
-#[must_use]
 pub(crate) fn is_published(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
 impl Measured {
     /// Reads and checks a file for runs of `scene` under `drive`, if recorded; assumptions are added to `assumptions`.
-    ///
-    /// # Errors
-    /// Whatever is wrong with the file, or makes it incomparable with the scene.
     pub fn read(
         path: &Path,
         (quantity, set): (Measurand, FeatureSet),
@@ -75,9 +71,6 @@ impl Measured {
     }
 
     /// Checks a vibrometer or hydrophone record that has been read.
-    ///
-    /// # Errors
-    /// Whatever makes it incomparable with the scene.
     pub fn of(
         mut record: Record,
         set: FeatureSet,
@@ -105,7 +98,6 @@ impl Measured {
     }
 
     /// The comparison of runs with it.
-    #[must_use]
     pub fn comparison(&self) -> Comparison {
         match self {
             Self::Record(measured) => measured.observation.clone().into(),
@@ -113,7 +105,6 @@ impl Measured {
         }
     }
 
-    #[must_use]
     pub fn path(&self) -> &Path {
         match self {
             Self::Record(measured) => &measured.record.path,
@@ -121,7 +112,6 @@ impl Measured {
         }
     }
 
-    #[must_use]
     pub fn sha256(&self) -> &str {
         match self {
             Self::Record(measured) => &measured.record.sha256,
@@ -130,7 +120,6 @@ impl Measured {
     }
 
     /// The waveform, if there is one.
-    #[must_use]
     pub fn record(&self) -> Option<&Record> {
         match self {
             Self::Record(measured) => Some(&measured.record),
@@ -139,7 +128,6 @@ impl Measured {
     }
 
     /// The conditioned waveform, if there is one.
-    #[must_use]
     pub fn trace(&self) -> Option<&Series> {
         match self {
             Self::Record(measured) => Some(&measured.observation.trace),
@@ -148,7 +136,6 @@ impl Measured {
     }
 
     /// Warnings about the record, and what is left out because of them.
-    #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         match self {
             Self::Record(measured) => {
@@ -159,7 +146,6 @@ impl Measured {
     }
 
     /// The published statements, if there is no waveform.
-    #[must_use]
     pub fn features(&self) -> Option<&MeasuredFeatures> {
         match self {
             Self::Record(_) => None,
@@ -167,7 +153,6 @@ impl Measured {
         }
     }
 
-    #[must_use]
     pub fn noun(&self) -> &'static str {
         match self {
             Self::Record(_) => "record",

@@ -62,9 +62,6 @@ pub enum JointError {
 }
 
 /// Refuses records at different drive frequencies: α holds at one frequency, and features are taken at its multiples.
-///
-/// # Errors
-/// [`JointError::OtherFrequency`] for the first that differs from the first of all.
 pub(crate) fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointError> {
     let Some((expected, others)) = stated.split_first() else { return Ok(()) };
     let differs = |found: &&StatedFrequency| (found.frequency / expected.frequency - 1.0).abs() > SAME_FREQUENCY;
@@ -110,23 +107,19 @@ impl MultiRecord {
         self
     }
 
-    #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.first.parameters
     }
 
-    #[must_use]
     pub fn first(&self) -> &Forward {
         &self.first
     }
 
-    #[must_use]
     pub fn records(&self) -> Vec<&Forward> {
         std::iter::once(&self.first).chain(&self.others).collect()
     }
 
     /// The same with a finer step for every record; `None` if impossible.
-    #[must_use]
     pub fn refined(&self) -> Option<Self> {
         let others = self.others.iter().map(Forward::refined).collect::<Option<_>>()?;
         Some(Self { first: self.first.refined()?, others })
@@ -134,7 +127,6 @@ impl MultiRecord {
 
     /// Runs the points for every record, numbered from `first`: the fingerprints of all records, concatenated. A point
     /// fails if one of its runs fails.
-    #[must_use]
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
         let mut runs = self.first.run(first, positions);
         for (number, record) in self.others.iter().enumerate() {

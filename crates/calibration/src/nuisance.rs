@@ -73,7 +73,6 @@ const TOGETHER: f64 = 0.6;
 
 impl Uncertainty {
     /// Name, SI unit and value of each.
-    #[must_use]
     pub fn named(&self) -> [(&'static str, &'static str, f64); 9] {
         [
             ("gap", "m", self.gap),

@@ -47,7 +47,6 @@ const SUDDEN: f64 = 3.0;
 const HIGHEST_CUTOFF: f64 = 1.25e6;
 
 /// Cutoff for traces sampled fast enough: 1.25 MHz, or the limit of 40 samples a drive period, Hz.
-#[must_use]
 pub(crate) fn highest_cutoff(drive_frequency: f64) -> f64 {
     f64::min(HIGHEST_CUTOFF, 0.42 * SAMPLES_PER_CYCLE as f64 * drive_frequency)
 }
@@ -132,7 +131,6 @@ const CAUSAL: [CausalShape; 5] = [
 
 impl Passband {
     /// A filter compatible with a stated bandwidth (Hz), selected by `which` from 0 to 1; ½ is the middle one.
-    #[must_use]
     pub fn stated(bandwidth: f64, which: f64) -> Self {
         if which < PHASELESS {
             return Self { bandwidth, fall: Fall::Steepness(which / PHASELESS) };
@@ -143,7 +141,6 @@ impl Passband {
     }
 
     /// The filter of a stated response, of a bandwidth where that is stated, under a drive of that frequency (Hz).
-    #[must_use]
     pub fn of(response: &InstrumentResponse, bandwidth: Option<f64>, drive_frequency: f64) -> Option<Self> {
         match response {
             InstrumentResponse::Filter(shape) => {
@@ -155,7 +152,6 @@ impl Passband {
         }
     }
 
-    #[must_use]
     pub fn pass(&self, trace: &Series) -> Series {
         match &self.fall {
             Fall::Steepness(steepness) => {
@@ -189,7 +185,6 @@ fn rounding(record: &Record) -> f64 {
 
 impl Recording {
     /// From a bead's or hydrophone's record; for `begins_late` see the field.
-    #[must_use]
     pub fn of(record: &Record, begins_late: bool) -> Self {
         let measurand = match record.kind {
             RecordKind::Hydrophone => Measurand::Pressure,
@@ -220,7 +215,6 @@ impl Recording {
     }
 
     /// Passband of its instrument, if stated.
-    #[must_use]
     pub fn passband(&self) -> Option<Passband> {
         self.bandwidth.map(|bandwidth| Passband::stated(bandwidth, MIDDLE))
     }
@@ -320,9 +314,6 @@ impl Observation {
     /// Condition and reduce a record.
     ///
     /// - `drive`: what was driven with; the record is used no longer after its onset than the burst lasts
-    ///
-    /// # Errors
-    /// When the onset does not rise above the noise, or too little follows it.
     pub fn new(recording: &Recording, drive: &Drive, set: FeatureSet) -> Result<Self, ObservationError> {
         let drive_frequency = drive.frequency;
         let (begins, ends) = drive.burst();

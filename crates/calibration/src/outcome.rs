@@ -74,7 +74,6 @@ pub struct MaskedStretch {
 }
 
 impl MaskedStretch {
-    #[must_use]
     pub fn of(file: &Path, masked: &[Masked]) -> Vec<Self> {
         let stretch = |masked: &Masked| Self {
             file: file.display().to_string(),
@@ -165,7 +164,6 @@ pub struct WaveformOutcome {
 
 impl WaveformOutcome {
     /// Of a fit that has one.
-    #[must_use]
     pub fn of(fit: &Fit) -> Option<Self> {
         let waveform = fit.waveform.as_ref()?;
         let around = |middle: f64, deviation: f64| [-1.0, 1.0].map(|side| middle * (side * QUANTILE * deviation).exp());
@@ -302,7 +300,6 @@ pub struct FidelityFeature {
 
 impl FidelityOutcome {
     /// A fidelity level with a fit of its own.
-    #[must_use]
     pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, FidelityFeature>) -> Self {
         Self {
             model: model.into(),
@@ -315,7 +312,6 @@ impl FidelityOutcome {
     }
 
     /// A fidelity level that was run once, at the answer.
-    #[must_use]
     pub fn single(
         model: &str,
         parameters: BTreeMap<String, FittedParameter>,
@@ -344,7 +340,6 @@ pub struct InputDigest {
 impl InputDigest {
     /// A file with its reading options. The drive frequency is stored for a horn tip only; other records take that of
     /// their drive.
-    #[must_use]
     pub fn read_with(path: &Path, sha256: &str, kind: RecordKind, options: &ReadOptions) -> Self {
         let is_horn = kind == RecordKind::HornTip;
         Self {
@@ -357,9 +352,6 @@ impl InputDigest {
     }
 
     /// The options it was read with.
-    ///
-    /// # Errors
-    /// [`ReadingError`] for a reading that was not written by [`InputDigest::read_with`].
     pub fn options(&self) -> Result<ReadOptions, ReadingError> {
         let stated = ReadOptions {
             drive_frequency: self.drive_frequency,
@@ -371,7 +363,6 @@ impl InputDigest {
 }
 
 /// Feature `index` of the fit, number `own` of its record.
-#[must_use]
 pub(crate) fn fitted_feature(fit: &Fit, index: usize, comparison: &Comparison, own: usize) -> FittedFeature {
     let (measured, unit) = (comparison.measured(own), comparison.unit(own));
     let (pull, scatter) = (fit.agreement.pulls.get(index).copied(), fit.scatter.get(index).copied());
@@ -389,13 +380,11 @@ pub(crate) fn fitted_feature(fit: &Fit, index: usize, comparison: &Comparison, o
 }
 
 /// The fitted parameters by name; intervals only if the verdict allows.
-#[must_use]
 pub(crate) fn fitted_parameters(fit: &Fit) -> BTreeMap<String, FittedParameter> {
     estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains())
 }
 
 /// Estimates of `parameters` by name, with intervals if `quoted`.
-#[must_use]
 pub(crate) fn estimates_by_name(
     estimates: &[Estimate],
     parameters: &[Parameter],
@@ -418,7 +407,6 @@ pub(crate) fn estimates_by_name(
 }
 
 /// Correlations of every pair of more than two parameters.
-#[must_use]
 pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
     let count = if fit.parameters.len() > 2 { fit.parameters.len() } else { 0 };
     let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
@@ -427,7 +415,6 @@ pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
 }
 
 /// Failure messages and their counts; numbers in them are removed so that equal messages merge.
-#[must_use]
 pub fn failures(fit: &Fit) -> BTreeMap<String, u64> {
     failures_of(fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()))
 }
@@ -448,7 +435,6 @@ fn without_numbers(reason: &str) -> String {
         .join(" ")
 }
 
-#[must_use]
 pub fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
     let extent = |lobe: &super::posterior::Lobe| {
         fit.parameters

@@ -49,7 +49,6 @@ pub enum Target {
 impl Target {
     /// Whether it is proportional to a force at a given motion (stiffness, damping, mass of the horn), so that a record determines it over the beads'
     /// mass only.
-    #[must_use]
     pub fn is_force(self) -> bool {
         !matches!(self, Self::Alpha | Self::Gap | Self::Bandwidth | Self::SupportLoss | Self::PlateThickness)
     }
@@ -126,7 +125,6 @@ pub enum ParameterError {
 
 impl Parameter {
     /// Names of all parameters; `damping` stands for both coefficients of a law with two.
-    #[must_use]
     pub fn names() -> Vec<&'static str> {
         let terms = DampingTerm::ALL.map(|term| fitted(term).0);
         let others = PARAMETERS.iter().map(|row| row.key).filter(|key| *key != "alpha");
@@ -134,12 +132,10 @@ impl Parameter {
     }
 
     /// The damping term whose coefficient has this name in a law of several terms.
-    #[must_use]
     pub fn term_named(name: &str) -> Option<DampingTerm> {
         DampingTerm::ALL.into_iter().find(|term| fitted(*term).0 == name)
     }
 
-    #[must_use]
     pub fn alpha() -> Self {
         Self::of(Target::Alpha, "alpha", "1", ALPHA, Widening::Far)
     }
@@ -161,7 +157,6 @@ impl Parameter {
 
     /// The damping coefficient of a law: c in 0.03 … 3 N·s/m, γ in 300 … 30 000 N·s·m^(-3/2); `None` for a law without
     /// a coefficient or with two.
-    #[must_use]
     pub fn damping(kind: DampingKind) -> Option<Self> {
         let [term] = *kind.terms() else { return None };
         let (_, unit, alone, _) = fitted(term);
@@ -171,9 +166,6 @@ impl Parameter {
     /// The parameters for `name` in `scene` with their default bounds: a row of [`PARAMETERS`], the coefficient of the
     /// damping law, or both: c in 0.01 … 3 N·s/m and γ in 100 … 30 000 N·s·m^(-3/2). Both lower bounds are so small
     /// that a record is hardly affected, since either term may be absent.
-    ///
-    /// # Errors
-    /// [`ParameterError`].
     pub fn named(name: &str, scene: &Scene) -> Result<Vec<Self>, ParameterError> {
         let kind = scene.damping.kind;
         let beside = |term: &DampingTerm| {
@@ -213,7 +205,6 @@ impl Parameter {
     }
 
     /// Which further record would determine it.
-    #[must_use]
     pub(crate) fn remedy(&self) -> &'static str {
         match self.target {
             Target::DampingBeside(_) => {
@@ -234,13 +225,11 @@ impl Parameter {
 
     /// Whether an answer between `low` and `high` with the optimum `best` presses on the lower and the upper end of
     /// the unit coordinate.
-    #[must_use]
     pub fn pressed(low: f64, best: f64, high: f64) -> (bool, bool) {
         (low < EDGE || best < EDGE, high > 1.0 - EDGE || best > 1.0 - EDGE)
     }
 
     /// Whether a value lies far outside the default box, and the bounds are not user-given.
-    #[must_use]
     pub(crate) fn is_unusual(&self, value: f64) -> bool {
         let (low, high) = (FARTHEST * self.limits.0, self.limits.1 / FARTHEST);
         let free = matches!(self.target, Target::Alpha | Target::Damping(_) | Target::DampingBeside(_));
@@ -248,25 +237,21 @@ impl Parameter {
     }
 
     /// The same with a box widened down, up or both ways; `None` if its limits do not allow it.
-    #[must_use]
     pub fn widened(&self, down: bool, up: bool) -> Option<Self> {
         let low = if down { (self.low / WIDENING).max(self.limits.0) } else { self.low };
         let high = if up { (self.high * WIDENING).min(self.limits.1) } else { self.high };
         (low < self.low || high > self.high).then(|| Self { low, high, ..self.clone() })
     }
 
-    #[must_use]
     pub fn value(&self, u: f64) -> f64 {
         self.low * (self.high / self.low).powf(u)
     }
 
-    #[must_use]
     pub fn coordinate(&self, value: f64) -> f64 {
         (value / self.low).ln() / self.span()
     }
 
     /// ln(high/low): a width in u times this is a width in the logarithm of the parameter.
-    #[must_use]
     pub fn span(&self) -> f64 {
         (self.high / self.low).ln()
     }
@@ -280,7 +265,6 @@ impl Parameter {
     }
 
     /// Its value in a scene; `None` if the scene has no such number.
-    #[must_use]
     pub fn get(&self, scene: &Scene) -> Option<f64> {
         match self.target {
             Target::Damping(term) | Target::DampingBeside(term) => Some(scene.damping.coefficients[term]),
@@ -303,7 +287,6 @@ pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
 }
 
 /// Reflect a coordinate at both ends of \[0, 1\].
-#[must_use]
 pub(crate) fn reflect(u: f64) -> f64 {
     let folded = u.rem_euclid(2.0);
     if folded > 1.0 { 2.0 - folded } else { folded }

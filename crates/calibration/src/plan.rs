@@ -255,9 +255,6 @@ impl Plan {
     /// The drive file is the requested or named one, else the record itself if a channel is named, else [`BESIDE`]
     /// beside the record, else the record itself if the bench file or a column name identifies the horn. For one file,
     /// format options hold for both.
-    ///
-    /// # Errors
-    /// [`ReadingError`].
     pub fn read_as(&self, record: &RecordPlan, asked: Asked) -> Result<ReadAs, ReadingError> {
         let kind =
             if self.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
@@ -297,9 +294,6 @@ impl Plan {
     }
 
     /// Read a plan; paths in it are relative to the file.
-    ///
-    /// # Errors
-    /// [`PlanError`] with file and line.
     pub fn read(path: &Path) -> Result<Self, PlanError> {
         let text = read_text(path).map_err(|source| match source.kind() {
             std::io::ErrorKind::NotFound => PlanError::NotFound { path: path.into() },

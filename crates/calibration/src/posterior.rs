@@ -61,7 +61,6 @@ pub struct Lobe {
 impl Posterior {
     /// Evaluates on a grid that first covers the box (or the region where the regression is used), then up to three
     /// times the part that carries weight. `None` if no point of the box allows a regression.
-    #[must_use]
     pub fn of(training: &TrainingRuns, dimension: usize) -> Option<Self> {
         let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
         let (lowest, highest) = match training.frame() {
@@ -108,7 +107,6 @@ impl Posterior {
     }
 
     /// A normal distribution of unit coordinates, on a grid in its own frame.
-    #[must_use]
     pub(crate) fn normal(centre: &[f64], covariance: &[Vec<f64>]) -> Self {
         const REACHED: f64 = 4.0;
         let dimension = centre.len();
@@ -128,18 +126,15 @@ impl Posterior {
     }
 
     /// Number of the densest cell.
-    #[must_use]
     pub(crate) fn densest(&self) -> usize {
         (0..self.mass.len()).max_by(|&a, &b| self.mass[a].total_cmp(&self.mass[b])).unwrap_or(0)
     }
 
-    #[must_use]
     pub fn dimension(&self) -> usize {
         self.low.len()
     }
 
     /// A point drawn from the posterior to a power, uniform within its cell.
-    #[must_use]
     pub fn draw(&self, power: f64, random: &mut impl Rng) -> Vec<f64> {
         let weight = |mass: &f64| if power == 1.0 { *mass } else { mass.powf(power) };
         let mut left = random.random::<f64>() * self.mass.iter().map(weight).sum::<f64>();
@@ -164,7 +159,6 @@ impl Posterior {
     }
 
     /// Centre of a cell, unit coordinates.
-    #[must_use]
     pub fn centre(&self, index: usize) -> Vec<f64> {
         self.in_box(self.grid_centre(index))
     }
@@ -201,7 +195,6 @@ impl Posterior {
     }
 
     /// Marginal quantile of coordinate `d`, linear within a cell, or between cell centres of a frame.
-    #[must_use]
     pub fn quantile(&self, d: usize, probability: f64) -> f64 {
         if self.frame.is_some() {
             return self.quantile_of_centres(d, probability);
@@ -222,7 +215,6 @@ impl Posterior {
     }
 
     /// Marginal probability below `u` of coordinate `d`: of a true value uniform over many records (probability integral transform).
-    #[must_use]
     pub fn rank(&self, d: usize, u: f64) -> f64 {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..40 {
@@ -249,7 +241,6 @@ impl Posterior {
     }
 
     /// Correlation of coordinates `a` and `b`.
-    #[must_use]
     pub fn correlation(&self, a: usize, b: usize) -> f64 {
         let of_pair = |index: usize| {
             let centre = self.centre(index);
@@ -265,7 +256,6 @@ impl Posterior {
     }
 
     /// Correlation of the first two coordinates; 0 for a single one.
-    #[must_use]
     pub(crate) fn first_correlation(&self) -> f64 {
         if self.dimension() < 2 { 0.0 } else { self.correlation(0, 1) }
     }
@@ -308,7 +298,6 @@ impl Posterior {
     }
 
     /// Smallest cell mass inside the 90 % highest-density region.
-    #[must_use]
     pub fn level(&self) -> f64 {
         let mut sorted = self.mass.clone();
         sorted.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -323,7 +312,6 @@ impl Posterior {
     }
 
     /// Connected parts of the 90 % region that hold at least 1 % each, heaviest first.
-    #[must_use]
     pub fn lobes(&self) -> Vec<Lobe> {
         let level = self.level();
         let mut seen = vec![false; self.mass.len()];

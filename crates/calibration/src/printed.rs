@@ -87,14 +87,12 @@ pub enum Meaning {
 
 impl Meaning {
     /// Whether the number behind it is a velocity.
-    #[must_use]
     pub(crate) fn is_velocity(&self) -> bool {
         use Quantity::{Amplitude, NegativePeak, PositivePeak};
         matches!(self, Self::Value { quantity: PositivePeak | NegativePeak | Amplitude(_), .. })
     }
 
     /// Whether it can be violated on one side only.
-    #[must_use]
     pub(crate) fn is_one_sided(&self) -> bool {
         !matches!(self, Self::Value { .. })
     }
@@ -109,7 +107,6 @@ pub struct PublishedStatement {
 
 impl PublishedStatement {
     /// Key of the feature of a published value; `None` for a one-sided statement.
-    #[must_use]
     pub fn key(&self) -> Option<String> {
         match self.meaning {
             Meaning::Value { quantity: Quantity::Amplitude(ratio), .. } => Some(format!("line_{ratio}")),
@@ -164,9 +161,6 @@ pub struct PublishedComparison {
 
 impl PublishedComparison {
     /// Statements of a publication, for runs driven at `drive_frequency` (Hz) and measured in `window` (model time).
-    ///
-    /// # Errors
-    /// Another drive frequency, or a line that cannot be measured in the window.
     pub fn new(published: &PublishedFeatures, drive_frequency: f64, window: Window) -> Result<Self, PublishedMismatch> {
         let published_hz = published.drive_frequency;
         if (drive_frequency / published_hz - 1.0).abs() > SAME_FREQUENCY {
@@ -205,26 +199,22 @@ impl PublishedComparison {
     }
 
     /// The statements, in the publication's order.
-    #[must_use]
     pub fn statements(&self) -> &[PublishedStatement] {
         &self.statements
     }
 
     /// Window of the features, model time.
-    #[must_use]
     pub fn window(&self) -> Window {
         self.window
     }
 
     /// Cutoff of the low-pass that every run goes through, Hz.
-    #[must_use]
     pub fn cutoff(&self) -> f64 {
         self.cutoff
     }
 
     /// The published value of a feature, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,
     /// `ratio_1/3`, `thd`), SI; `None` if no number is published.
-    #[must_use]
     pub fn value(&self, key: &str) -> Option<f64> {
         self.statements.iter().find(|statement| statement.key().as_deref() == Some(key)).and_then(|statement| {
             match statement.meaning {
@@ -234,7 +224,6 @@ impl PublishedComparison {
         })
     }
 
-    #[must_use]
     pub(crate) fn targets(&self) -> Vec<f64> {
         let target = |meaning: &Meaning| match meaning {
             Meaning::Value { value, .. } => floored(value.abs(), self.floor(meaning)),
@@ -245,7 +234,6 @@ impl PublishedComparison {
     }
 
     /// Smallest scatter of each statement, in ln.
-    #[must_use]
     pub(crate) fn nuggets(&self) -> Vec<f64> {
         let nugget = |meaning: &Meaning| match meaning {
             Meaning::Value { value, uncertainty, .. } => LATE_NUGGET.hypot(uncertainty / value),
@@ -259,9 +247,6 @@ impl PublishedComparison {
     }
 
     /// z of each statement for a conditioned pole velocity (m/s, model time).
-    ///
-    /// # Errors
-    /// A trace that cannot be measured in the window.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, ReductionError> {
         let (window, drive) = (self.window, self.drive_frequency);
         let extremes = peaks(trace, window, &PeakSettings::default())?;
@@ -292,7 +277,6 @@ impl PublishedComparison {
     }
 
     /// Description of how each statement is compared.
-    #[must_use]
     pub fn assumptions(&self) -> Vec<String> {
         let mut said: Vec<String> = self
             .statements

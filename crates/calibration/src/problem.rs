@@ -55,7 +55,6 @@ const WIDEN_RANGE: RangeInclusive<f64> = 1.0..=100.0;
 pub const DEFAULT_SEED: u64 = 1;
 
 /// Name and version of this program.
-#[must_use]
 pub fn program() -> String {
     format!("granchain {}", env!("CARGO_PKG_VERSION"))
 }
@@ -82,9 +81,6 @@ pub struct Problem {
 
 impl Plan {
     /// The records it names, unchecked.
-    ///
-    /// # Errors
-    /// When it names none, or one and several.
     pub fn records(&self) -> Result<Vec<RecordPlan>, Contradiction> {
         match (&self.measured, self.record.as_slice()) {
             (Some(measured), []) => {
@@ -98,13 +94,11 @@ impl Plan {
     }
 
     /// The scene of a record that names none.
-    #[must_use]
     pub fn usual_scene(&self) -> &'static str {
         if self.quantity == Some(Measurand::Pressure) { SCENE_WITH_WATER } else { SCENE }
     }
 
     /// Names of the parameters that are fitted, each once.
-    #[must_use]
     pub fn fitted(&self) -> Vec<String> {
         let mut fitted = self.fit.clone().unwrap_or_else(|| FITTED.map(String::from).to_vec());
         let mut seen = BTreeSet::new();
@@ -156,9 +150,6 @@ impl Plan {
 
 impl Problem {
     /// Reads the scenes and records that a plan names, and the drive of each.
-    ///
-    /// # Errors
-    /// Whatever is wrong with plan, scene or records.
     pub fn read(plan: &Plan) -> Result<Self, Refusal> {
         let records = plan.records()?;
         let preferred = if records.len() > 1 { ModelKind::Chain } else { ModelKind::Reduced };
@@ -175,9 +166,6 @@ impl Problem {
     }
 
     /// A problem from a plan and prepared records and benches; files and scenes named by the plan are ignored.
-    ///
-    /// # Errors
-    /// Whatever is wrong with plan, scene or records.
     pub fn of(plan: &Plan, asked: Vec<RecordedRunPlan>) -> Result<Self, Refusal> {
         plan.check(&asked)?;
         let benches: Vec<&Bench> = asked.iter().map(|recorded_run| &recorded_run.bench).collect();
@@ -251,13 +239,11 @@ impl Problem {
         })
     }
 
-    #[must_use]
     pub fn lead(&self) -> &RecordedRun {
         &self.recorded_runs[0]
     }
 
     /// Warnings about the records and their drives: place, observation, consequence, remedy.
-    #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let of = |recorded_run: &RecordedRun| {
             let drive = recorded_run.bench.warnings().iter().cloned();
@@ -281,7 +267,6 @@ impl Problem {
     }
 
     /// Misfit of each run of a fit in units of the scatter at its best; `None` for failed runs.
-    #[must_use]
     pub fn misfits(&self, fit: &Fit) -> Vec<Option<f64>> {
         let compared = || self.recorded_runs.iter().map(|recorded_run| &recorded_run.comparison);
         let weights: Vec<f64> = compared().flat_map(|comparison| comparison.weights.clone()).collect();
@@ -294,17 +279,14 @@ impl Problem {
     }
 
     /// Labels of the records, in order.
-    #[must_use]
     pub fn labels(&self) -> Vec<String> {
         labels(&self.recorded_runs.iter().map(|recorded_run| recorded_run.measured.path()).collect::<Vec<_>>())
     }
 
-    #[must_use]
     pub fn model(&self) -> &'static str {
         self.above.last().unwrap_or(&ModelKind::Chain).name()
     }
 
-    #[must_use]
     pub fn names(&self) -> Names {
         let of = |recorded_run: &RecordedRun| recorded_run.comparison.names().iter().map(ToString::to_string).collect();
         Names {
@@ -315,18 +297,12 @@ impl Problem {
     }
 
     /// Prepares the bodies of the models above the chain, if there are any, using `cache`.
-    ///
-    /// # Errors
-    /// When they cannot be made ready.
     pub fn bodies(&self, cache: Option<&Cache>) -> Result<Option<Bodies>, ModelError> {
         let scene = (!self.above.is_empty()).then(|| self.candidates[0].scene());
         scene.map(|scene| Bodies::new(scene, cache)).transpose()
     }
 
     /// Saved states of all candidates in a folder, and where to store them.
-    ///
-    /// # Errors
-    /// A state that is damaged or belongs to another fit.
     pub fn saved(&self, folder: &Path) -> Result<Vec<SavedFit>, CheckpointError> {
         let saved = |candidate: &Candidate| {
             let (name, key) = (candidate.key(), self.key(candidate));
@@ -341,7 +317,6 @@ impl Problem {
     }
 
     /// Digest of everything that affects a run; a saved search must have the same one to be continued.
-    #[must_use]
     pub fn key(&self, candidate: &Candidate) -> String {
         let drive =
             |recorded_run: &RecordedRun| recorded_run.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());

@@ -32,7 +32,6 @@ pub enum Source {
 }
 
 impl Source {
-    #[must_use]
     pub fn path(&self) -> &Path {
         match self {
             Self::File(path, _) => path,
@@ -40,7 +39,6 @@ impl Source {
         }
     }
 
-    #[must_use]
     pub fn options(&self) -> &ReadOptions {
         match self {
             Self::File(_, options) | Self::Record(_, options) => options,
@@ -71,7 +69,6 @@ pub struct RecordedRun {
 
 impl RecordedRun {
     /// Masked samples of its record and of its drive record.
-    #[must_use]
     pub fn masked(&self) -> Vec<MaskedStretch> {
         let record = self.measured.record().map(|record| MaskedStretch::of(&record.path, &record.masked));
         let drive = self.bench.drive.as_ref().map(|drive| MaskedStretch::of(&drive.input.path, &drive.masked));
@@ -81,7 +78,6 @@ impl RecordedRun {
 
 impl RecordedRunPlan {
     /// A file on a bench, read as its own header states.
-    #[must_use]
     pub fn of(path: &Path, bench: Bench) -> Self {
         Self { source: Source::File(path.into(), Box::default()), bench, origin: None }
     }
@@ -140,7 +136,6 @@ fn line_of(path: &Path) -> Option<(usize, f64)> {
 }
 
 /// Labels of records: the folder of a `vib.csv`, else the file name; numbered if ambiguous.
-#[must_use]
 pub fn labels(paths: &[&Path]) -> Vec<String> {
     let name = |path: &&Path| {
         let text = |part: Option<&std::ffi::OsStr>| part.map(|part| part.to_string_lossy().into_owned());
@@ -157,9 +152,6 @@ pub fn labels(paths: &[&Path]) -> Vec<String> {
 }
 
 /// Refuses a record that is given twice, since its information would count twice.
-///
-/// # Errors
-/// With both files.
 pub(super) fn refuse_twice(measured: &[&Measured]) -> Result<(), Refusal> {
     for (number, record) in measured.iter().enumerate() {
         if let Some(known) = measured[..number].iter().find(|known| known.sha256() == record.sha256()) {

@@ -177,7 +177,6 @@ pub enum Refusal {
 
 impl Refusal {
     /// Table and name of the plan's value that is at fault, if one is.
-    #[must_use]
     pub fn stated(&self) -> Option<(&'static str, &str)> {
         match self {
             Self::UnknownBounds { name } | Self::Bounds { name, .. } => Some(("parameters", name)),

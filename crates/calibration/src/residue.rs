@@ -16,7 +16,6 @@ pub(crate) struct Residue {
 impl Local {
     /// Residual of a deviation (z − z₀ of a run or record, or between two) after the parameters have moved by δ radii
     /// of the neighbourhood such that Σ_r rᵀ Σ⁻¹ r + |δ|² is least, r = deviation + Sδ.
-    #[must_use]
     pub(crate) fn residue(&self, deviation: &[f64]) -> Option<Residue> {
         let dimension = self.slopes.nrows();
         let factors: Vec<_> =
@@ -48,7 +47,6 @@ impl Local {
 
     /// Factor of the first record's amplitudes over the expected ones, by generalised least squares; `answers` is the
     /// response of each feature to its logarithm.
-    #[must_use]
     pub fn factor(&self, answers: &[f64]) -> Option<f64> {
         let record = self.records.first()?;
         let factor = Cholesky::new(record.covariance.clone())?;

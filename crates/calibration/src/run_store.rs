@@ -29,9 +29,6 @@ impl RunFile {
     }
 
     /// Opens or creates the store.
-    ///
-    /// # Errors
-    /// When the file cannot be read or written.
     pub fn open(&self) -> Result<RunStore, RunLogError> {
         let (log, runs) = RunLog::open(&self.path)?;
         Ok(RunStore { log, key: self.key.clone(), runs })
@@ -40,21 +37,16 @@ impl RunFile {
 
 impl RunStore {
     /// The stored run with this number and position, if there is one.
-    #[must_use]
     pub fn found(&self, number: u64, position: &[f64]) -> Option<&Run> {
         let (key, run) = self.runs.get(&usize::try_from(number).ok()?)?;
         (*key == self.key && run.position == position).then_some(run)
     }
 
     /// Stores a run; on return it is on disc.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn keep(&self, number: u64, run: &Run) -> Result<(), RunLogError> {
         self.log.keep(number as usize, &(&self.key, run))
     }
 
-    #[must_use]
     pub fn damage(&self) -> Option<String> {
         self.log.damage()
     }

@@ -69,7 +69,6 @@ pub struct Search {
 
 impl Search {
     /// A search of `budget` runs (see [`Search::tested`]) for the record or records of `problem`.
-    #[must_use]
     pub fn new(problem: impl Into<MultiRecord>, budget: usize, seed: u64) -> Self {
         let joint = problem.into();
         let of_all = |values: fn(&Comparison) -> &Vec<f64>| {
@@ -102,23 +101,19 @@ impl Search {
     }
 
     /// Runs of a search with which intervals were tested, for this number of parameters.
-    #[must_use]
     pub const fn tested(parameters: usize) -> usize {
         if parameters > 2 { 1800 } else { 600 }
     }
 
-    #[must_use]
     pub(crate) fn batches_made(&self) -> usize {
         self.batch
     }
 
-    #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
     /// The finished runs among the first `count`, for the regression.
-    #[must_use]
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let training =
@@ -227,7 +222,6 @@ fn along_elite(training: &TrainingRuns, elite: &[usize], count: usize, random: &
 }
 
 /// Training runs by misfit, best first, in units of the local scatter around the best.
-#[must_use]
 pub fn ranking(training: &TrainingRuns) -> Vec<(f64, usize)> {
     let sorted = |scatter: &[f64]| {
         let mut misfits: Vec<(f64, usize)> =

@@ -23,7 +23,6 @@ const WIDE: f64 = 0.5;
 pub(crate) const DECISIVE: f64 = 3.0;
 
 /// Statements that a reader needs before using the values.
-#[must_use]
 pub fn statements(fit: &Fit) -> Vec<String> {
     let mut said: Vec<String> = fit.waveform.iter().map(waveform).collect();
     match fit.verdict {
@@ -126,7 +125,6 @@ pub fn statements(fit: &Fit) -> Vec<String> {
 }
 
 /// Statements on what leaks of the drive into the records (`labels`).
-#[must_use]
 pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
     let found = |number| fit.waveform.as_ref()?.crosstalk(number);
     let each = labels.iter().enumerate().filter_map(|(number, label)| Some((found(number)?, label)));
@@ -184,7 +182,6 @@ fn standing(fit: &Fit) -> String {
 }
 
 /// Meaning of α with a recorded drive.
-#[must_use]
 pub fn recorded_drive(fit: &Fit) -> Option<String> {
     let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
     is_quoted.then(|| {
@@ -195,7 +192,6 @@ pub fn recorded_drive(fit: &Fit) -> Option<String> {
 }
 
 /// Meaning of α without a horn record.
-#[must_use]
 pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
     let fitted = fit.parameters.iter().any(|it| it.name == "alpha");
     fitted.then(|| {
@@ -209,7 +205,6 @@ pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
 }
 
 /// Statement on a search of a wider range and its result.
-#[must_use]
 pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
     let bounds =
         |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
@@ -240,7 +235,6 @@ fn further_ridges(fit: &Fit) -> Vec<String> {
 
 /// Further statements on several records fitted together: which of them is not explained, and how much narrower the
 /// joint intervals are. `labels` are the labels of the records.
-#[must_use]
 pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
     let shares = || labels.iter().zip(&fit.shares);
     if fit.verdict == Verdict::OutsideScatter {
@@ -301,7 +295,6 @@ const APART: f64 = 4.0;
 const DRIFT: f64 = 2e-3;
 
 /// Statements on shots of one experiment (`labels`), whose features are compared with `comparisons`: how much they differ, and whether they drift.
-#[must_use]
 pub(crate) fn repeated(fit: &Fit, comparisons: &[&Comparison], labels: &[String]) -> Vec<String> {
     let (count, features) = (comparisons.len() as f64, comparisons[0].features.len());
     let compared = |f: &usize| comparisons.iter().all(|recorded_run| recorded_run.weights[*f] > 0.0);
@@ -351,7 +344,6 @@ fn drift(levels: &[[f64; 2]], labels: &[String]) -> Vec<String> {
 const MISSED: f64 = 1.0;
 
 /// Further statements on published features: whether they test the model, and which one-sided ones hold.
-#[must_use]
 pub fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
     let mut said = Vec::new();
     let (one_sided, values): (Vec<_>, Vec<_>) =
@@ -398,7 +390,6 @@ fn percent_of_width(width: f64) -> String {
 
 /// The value of a choice (law, mount) that the record prefers, each represented by its best fit; values in `excluded`
 /// have no comparable run. `None` if undecided.
-#[must_use]
 pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
     let explains = |fit: &Fit| fit.verdict.explains();
     let mut best: Vec<(String, &Fit)> = Vec::new();
@@ -423,7 +414,6 @@ pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<Stri
 ///
 /// The difference of ln evidence must reach 3; a law whose fit lies outside its own scatter while another's lies within
 /// loses whatever its evidence.
-#[must_use]
 pub fn preferred(laws: &[(String, &Fit)]) -> Option<String> {
     let explains = |fit: &Fit| fit.verdict.explains();
     let mut ranked: Vec<&(String, &Fit)> = laws.iter().collect();

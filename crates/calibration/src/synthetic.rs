@@ -137,7 +137,6 @@ pub const EQUIVALENT: f64 = 12_200.0;
 
 /// The scene of synthetic record `index` (without its truth): the supports alternate, the laws alternate half as
 /// often.
-#[must_use]
 pub fn scene_of(base: &Scene, index: u64) -> Scene {
     let mut scene = base.clone();
     scene.support =
@@ -147,7 +146,6 @@ pub fn scene_of(base: &Scene, index: u64) -> Scene {
 }
 
 /// The same scene with the other of the two damping laws, no coefficient set.
-#[must_use]
 pub fn with_other_law(scene: &Scene) -> Scene {
     let mut other = scene.clone();
     let linear = scene.damping.kind == DampingKind::Linear;
@@ -156,7 +154,6 @@ pub fn with_other_law(scene: &Scene) -> Scene {
 }
 
 /// The scene with a damping law, no coefficient set.
-#[must_use]
 pub fn with_law(scene: &Scene, kind: DampingKind) -> Scene {
     let mut scene = scene.clone();
     set_law(&mut scene, kind);
@@ -190,9 +187,6 @@ fn flawed(scene: &Scene, flaw: Flaw) -> Scene {
 
 /// Draws truth and instrument of synthetic record `index`, simulates by `run`, writes the record and reads it back: a
 /// hydrophone record at the first field point for a scene with water, otherwise a vibrometer record.
-///
-/// # Errors
-/// When the simulation fails or the reader refuses the record.
 pub fn synthetic(
     scene: &Scene,
     parameters: &[Parameter],
@@ -222,9 +216,6 @@ fn drawn_truth(parameters: &[Parameter], index: u64, seed: u64) -> Vec<f64> {
 
 /// Record `number` of synthetic set `index` at `level` times the scene's drive amplitude: the same truth in the whole
 /// set, gaps and instrument of its own. Record 0 at level 1 is that of [`synthetic`].
-///
-/// # Errors
-/// As [`synthetic`].
 pub fn synthetic_at_level(
     scene: &Scene,
     parameters: &[Parameter],
@@ -243,7 +234,6 @@ pub fn synthetic_at_level(
 }
 
 /// The scene with `level` times its drive amplitude.
-#[must_use]
 pub fn at_level(scene: &Scene, level: f64) -> Scene {
     let mut scene = scene.clone();
     scene.drive.amplitude *= level;
@@ -251,9 +241,6 @@ pub fn at_level(scene: &Scene, level: f64) -> Scene {
 }
 
 /// Synthetic record `index` of a seed with given truth, drawn gaps and the instrument `lab`.
-///
-/// # Errors
-/// When the simulation fails or the reader refuses the record.
 pub fn synthetic_at(
     scene: &Scene,
     parameters: &[Parameter],
@@ -341,7 +328,6 @@ fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Unc
 }
 
 /// A horn-tip file as a laboratory stores it: µs and nm, resolution 0.01 nm, after `comments`.
-#[must_use]
 pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
     let mut text = head(comments);
     text.push_str("time_us,displacement_nm\n");
@@ -352,7 +338,6 @@ pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
 }
 
 /// A vibrometer file as a laboratory stores it: µs and mm/s, resolution 1 µm/s, after `comments`.
-#[must_use]
 pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
     let mut text = head(comments);
     text.push_str("time_us,velocity_mm_per_s\n");
@@ -364,7 +349,6 @@ pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
 
 /// A hydrophone file as a laboratory stores it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa),
 /// after `comments`.
-#[must_use]
 pub fn hydrophone_csv(pressure: &Series, comments: &[String]) -> Vec<u8> {
     let mut text = head(comments);
     let _ = writeln!(text, "# sensitivity: {}\ntime_us,hydrophone_mV", HYDROPHONE.0);

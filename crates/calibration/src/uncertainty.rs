@@ -18,9 +18,6 @@ use granchain_signal::{
 
 impl Number {
     /// Value in SI; a pure number is taken as SI.
-    ///
-    /// # Errors
-    /// When the text is no quantity of that unit.
     pub(crate) fn in_si(&self, unit: &str) -> Result<f64, QuantityError> {
         let text = match self {
             Self::Plain(value) => return Ok(*value),
@@ -52,9 +49,6 @@ pub struct StatedUncertainty(BTreeMap<String, f64>);
 
 impl StatedUncertainty {
     /// By the names of [`Uncertainty::named`].
-    ///
-    /// # Errors
-    /// An unknown name; a value that is negative, not finite or of another unit.
     pub fn new(stated: &BTreeMap<String, Number>) -> Result<Self, Refusal> {
         let value = |(name, number): (&String, &Number)| {
             let drawn = Uncertainty::default().named();
@@ -84,9 +78,6 @@ impl StatedUncertainty {
 
     /// Uncertainty for the runs of `scene`; the horn record adds the error of its baseline and of its vibrometer's
     /// filter.
-    ///
-    /// # Errors
-    /// A stiffness of a support that has none.
     pub fn of(&self, scene: &Scene, drive: Option<&RecordedDrive>) -> Result<Uncertainty, Refusal> {
         let baseline = drive.and_then(|drive| drive.baseline_error);
         let bandwidth = drive.and_then(|drive| drive.bandwidth);
@@ -113,9 +104,6 @@ impl StatedUncertainty {
 }
 
 /// What is stated of a bench with a striker: `drive`, the standard deviation of its velocity, and `modulus`; others keep their defaults.
-///
-/// # Errors
-/// Another name; a value that is negative, not finite or of another unit.
 pub fn striker(stated: &BTreeMap<String, Number>) -> Result<Unknown, Refusal> {
     if let Some(name) = stated.keys().find(|name| !["drive", "modulus"].contains(&name.as_str())) {
         return Err(Contradiction::StrikerUncertainty { name: name.clone() }.into());
@@ -127,7 +115,6 @@ pub fn striker(stated: &BTreeMap<String, Number>) -> Result<Unknown, Refusal> {
 }
 
 /// Description of the drawn uncertainties; fitted parameters are not drawn.
-#[must_use]
 pub(crate) fn in_words(drawn: &Uncertainty, parameters: &[Parameter]) -> String {
     let fitted = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
     let roughness = if drawn.gap_scale > 0.0 {

@@ -37,7 +37,6 @@ pub struct Impulses {
 impl Impulses {
     /// ln of return time (s), of the ratio of the peaks and of the ratio of the widths, returned over incident. A filter that passes both impulses
     /// alike leaves all three nearly as they are.
-    #[must_use]
     pub fn features(&self) -> Features {
         let Return { delay, ratio, widths: [incident, returned] } = self.returned;
         Features::new(delay.ln(), ratio.ln(), (returned / incident).ln())
@@ -45,7 +44,6 @@ impl Impulses {
 }
 
 /// The trace above its baseline, the sign turned where the largest excursion is negative, since the gain has any sign.
-#[must_use]
 pub fn levelled(series: &Series) -> Series {
     let mut sorted = series.values.clone();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -60,9 +58,6 @@ pub fn levelled(series: &Series) -> Series {
 }
 
 /// The first two impulses of a trace; `None` of fewer.
-///
-/// # Errors
-/// A series that is empty or not finite.
 pub fn observe(series: &Series) -> Result<Option<Impulses>, FeatureError> {
     let level = levelled(series);
     let found = impulses(&level, Window::whole(&level), LEVEL)?;

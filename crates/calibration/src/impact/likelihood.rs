@@ -39,7 +39,6 @@ pub struct Hits {
 }
 
 impl Hits {
-    #[must_use]
     pub fn of(hits: &[Features]) -> Self {
         let count = hits.len() as f64;
         let mean = hits.iter().sum::<Features>() / count;
@@ -48,13 +47,11 @@ impl Hits {
     }
 
     /// Degrees of freedom of the scatter.
-    #[must_use]
     pub fn freedom(&self) -> f64 {
         FLOOR_HITS + self.count - 1.0
     }
 
     /// Covariance of one hit: that of the hits, and of runs beside the floor, each by the number of hits it counts for.
-    #[must_use]
     pub fn scatter(&self, runs: &Covariance) -> Covariance {
         let floor = runs + diagonal(FLOOR);
         (floor * FLOOR_HITS + self.squares) / self.freedom()
@@ -71,7 +68,6 @@ pub struct Likelihood<'a> {
 }
 
 impl<'a> Likelihood<'a> {
-    #[must_use]
     pub fn new(regression: &'a Regression, hits: &'a Hits) -> Self {
         Self { regression, hits, scatter: hits.scatter(&regression.scatter) }
     }
@@ -85,13 +81,11 @@ impl<'a> Likelihood<'a> {
 
     /// Covariance of what all hits share. What the regression leaves of a run is counted too: collisions at the foot answer to a velocity that all hits
     /// have in a way that no polynomial follows.
-    #[must_use]
     pub fn shared(&self) -> Covariance {
         self.regression.shared + self.regression.scatter + diagonal(SET_UP)
     }
 
     /// T² of the mean, and ln of its density.
-    #[must_use]
     pub fn at(&self, at: &[f64]) -> [f64; 2] {
         let expected = self.regression.expected(at);
         let Some(root) = Cholesky::new(self.covariance(expected.leverage)) else {
@@ -104,7 +98,6 @@ impl<'a> Likelihood<'a> {
     }
 
     /// The deviation of each feature of the mean from the model at a point, in standard deviations.
-    #[must_use]
     pub fn deviations(&self, at: &[f64]) -> Features {
         let expected = self.regression.expected(at);
         let covariance = self.covariance(expected.leverage);
@@ -115,7 +108,6 @@ impl<'a> Likelihood<'a> {
 
     /// Share of right experiments whose mean is as far from the model as this, by Hotelling's T² of what `fitted` parameters leave; of none left as of
     /// one.
-    #[must_use]
     pub fn p_value(&self, square: f64, fitted: usize) -> f64 {
         let left = FEATURES.saturating_sub(fitted).max(1) as f64;
         let second = (self.hits.freedom() - left + 1.0).max(1.0);
@@ -137,7 +129,6 @@ pub struct Grid {
 
 impl Grid {
     /// `None` where no point has a density.
-    #[must_use]
     pub fn of(likelihood: &Likelihood<'_>, within: &[[f64; 2]]) -> Option<Self> {
         let cells = CELLS[within.len().clamp(1, CELLS.len()) - 1];
         let mut grid = Self { within: within.to_vec(), cells, mass: Vec::new(), square: 0.0, best: Vec::new() };
@@ -175,7 +166,6 @@ impl Grid {
     }
 
     /// Quantiles of one coordinate.
-    #[must_use]
     pub fn quantiles<const N: usize>(&self, d: usize, shares: [f64; N]) -> [f64; N] {
         let mut marginal = vec![0.0; self.cells];
         self.mass
@@ -196,14 +186,12 @@ impl Grid {
     }
 
     /// Correlation of two coordinates.
-    #[must_use]
     pub fn correlation(&self, a: usize, b: usize) -> f64 {
         let (_, covariance) = self.moments(|at| Features::new(at[a], at[b], 0.0));
         covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt()
     }
 
     /// The part of the box that holds what the hits leave, `reach` standard deviations about its middle and at least `least` wide, inside the box.
-    #[must_use]
     pub fn holds(&self, reach: f64, least: f64) -> Vec<[f64; 2]> {
         let part = |d: usize| {
             let (mean, covariance) = self.moments(|at| Features::new(at[d], 0.0, 0.0));
@@ -215,7 +203,6 @@ impl Grid {
 }
 
 /// Quantile of a Student t.
-#[must_use]
 pub fn student(freedom: f64, share: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |student| student.inverse_cdf(share))
 }

@@ -98,8 +98,6 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// # Errors
-    /// A record without two impulses.
     pub fn of(record: SensorRecord) -> Result<Self, ImpactError> {
         let path = || record.path.display().to_string();
         let found = observe(&record.series).map_err(|source| ImpactError::Unread { path: path(), source })?;
@@ -153,9 +151,6 @@ pub struct ImpactFit {
 
 impl Experiment {
     /// Checks what does not fit together.
-    ///
-    /// # Errors
-    /// [`ImpactError`].
     pub fn checked(self) -> Result<Self, ImpactError> {
         if self.scene.chain.sensor.is_none() {
             return Err(ImpactError::NoSensor { scene: self.scene.name.clone() });
@@ -181,15 +176,11 @@ impl Experiment {
     }
 
     /// The features of the hits, in order.
-    #[must_use]
     pub fn features(&self) -> Vec<Features> {
         self.hits.iter().map(|hit| hit.impulses.features()).collect()
     }
 
     /// Fits the parameters; `stop` is asked between rounds.
-    ///
-    /// # Errors
-    /// Too few runs that show an impulse come back; stopped.
     pub fn fit(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactFit, ImpactError> {
         let hits = Hits::of(&self.features());
         let mut parameters = self.parameters.clone();
@@ -214,9 +205,6 @@ impl Experiment {
     }
 
     /// The sensor force of the scene at the answer of a fit, N, behind an AC coupling in the middle of those that may be.
-    ///
-    /// # Errors
-    /// What the model refuses.
     pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
         let mut scene = self.scene.clone();
         fit.marginals.iter().for_each(|marginal| marginal.parameter.set(&mut scene, marginal.value));

@@ -84,7 +84,6 @@ pub struct HitOutcome {
 
 impl ImpactOutcome {
     /// Of a fit; what was read and named is added by who knows it.
-    #[must_use]
     pub fn of(experiment: &Experiment, fit: &ImpactFit, diagnosis: Vec<ImpactFinding>) -> Self {
         let [mean, of_hit] = fit.return_time;
         let reach = student(fit.freedom, 0.95) * of_hit;

@@ -51,7 +51,6 @@ fn terms(at: &[f64], within: &[[f64; 2]]) -> Vec<f64> {
 
 impl Regression {
     /// `None` if too few runs finished.
-    #[must_use]
     pub fn of(runs: &[Run], within: &[[f64; 2]]) -> Option<Self> {
         let inside = |run: &&Run| run.at.iter().zip(within).all(|(u, [low, high])| (*low..=*high).contains(u));
         let mut kept: Vec<(Vec<f64>, Features)> = runs
@@ -100,7 +99,6 @@ impl Regression {
     }
 
     /// At a point of the box, the shared unknowns at their middle.
-    #[must_use]
     pub fn expected(&self, at: &[f64]) -> Expected {
         let mut x = terms(at, &self.within);
         x.extend([0.0; SHARED]);

@@ -110,9 +110,6 @@ impl Bench<'_> {
 
 /// What a sensor in its bead reads, N: the force of the contact before the bead with a weight from 0 to 1, one half for the middle of the bead, and that
 /// of the contact behind it with the rest.
-///
-/// # Errors
-/// What the model refuses; a scene without a sensor.
 pub fn force(scene: &Scene, weight: f64) -> Result<Series, ModelError> {
     let lacking =
         || ModelError::Unsupported { model: "chain", reason: "the scene has no sensor; set chain.sensor".into() };
@@ -124,7 +121,6 @@ pub fn force(scene: &Scene, weight: f64) -> Result<Series, ModelError> {
 }
 
 /// As an AC coupling passes it: ẏ = ẋ − 2π f y, y = 0 at first, by the trapezoidal rule.
-#[must_use]
 pub fn high_passed(series: &Series, corner: f64) -> Series {
     let half = 0.5 * TAU * corner * series.step;
     let (mut before, mut out) = (series.values.first().copied().unwrap_or_default(), 0.0);
@@ -136,7 +132,6 @@ pub fn high_passed(series: &Series, corner: f64) -> Series {
 }
 
 /// Every `step` (s), first `phase` of a step after the series begins; on the line between its samples.
-#[must_use]
 pub fn sampled(series: &Series, step: f64, phase: f64) -> Series {
     let (stride, first) = (step / series.step, phase * step / series.step);
     let last = series.len().saturating_sub(1) as f64;

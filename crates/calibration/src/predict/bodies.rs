@@ -16,7 +16,6 @@ pub struct Bodies {
 
 impl Bodies {
     /// Empty; `cache` keeps bodies from one program run to the next.
-    #[must_use]
     pub fn new(cache: Option<Cache>) -> Self {
         Self { cache, held: Mutex::default() }
     }
@@ -29,9 +28,6 @@ impl Bodies {
     }
 
     /// The bodies of a scene.
-    ///
-    /// # Errors
-    /// As [`model::prepare`].
     pub fn prepared(&self, scene: &Scene) -> Result<Arc<Prepared>, ModelError> {
         let held = || self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = held().iter().find(|prepared| prepared.fits(scene)) {
@@ -48,7 +44,6 @@ impl Bodies {
     }
 
     /// Why bodies could not be cached, if so.
-    #[must_use]
     pub fn warning(&self) -> Option<String> {
         let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         held.iter().find_map(|prepared| prepared.warning().map(str::to_owned))

@@ -44,19 +44,16 @@ pub struct EnsemblePlan {
 
 impl EnsemblePlan {
     /// Gaps jittered by 0.3 nm, the drive by 1e-4, sensitivity to ±1 % of the drive.
-    #[must_use]
     pub fn new(replicates: usize, seed: u64) -> Self {
         Self { replicates, seed, gap_jitter_m: 3e-10, drive_jitter: 1e-4, drive_change: 0.01 }
     }
 
     /// Factors on the drive: the scene's own, then those of the sensitivity.
-    #[must_use]
     pub fn levels(&self) -> [f64; 3] {
         [1.0, 1.0 + self.drive_change, 1.0 - self.drive_change]
     }
 
     /// Cost of all its runs of a scene, with a step of T0/`steps_per_period` of the chain.
-    #[must_use]
     pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
         let (replicates, beads) = (self.replicates as f64, scene.chain.beads.len() as f64);
         let mut one = Estimate::of(scene);
@@ -118,9 +115,6 @@ pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, Ensemb
 }
 
 /// As [`run`], with bodies that may already be prepared.
-///
-/// # Errors
-/// As [`run`].
 pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
     if plan.replicates < 2 {
         return Err(EnsembleError::TooFew { found: plan.replicates });
@@ -199,7 +193,6 @@ pub(crate) fn run_perturbed(
 
 impl Spread {
     /// From the moments at the scene's own drive and at drive × 1.01 and × 0.99.
-    #[must_use]
     pub fn between(own: &Moments, above: &Moments, below: &Moments) -> Self {
         Self {
             mean: own.mean,
@@ -222,7 +215,6 @@ pub struct Moments {
 
 impl Moments {
     /// `None` if a run has no value, or if there are fewer than two runs.
-    #[must_use]
     pub fn of(values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
         let values: Vec<f64> = values.collect::<Option<_>>()?;
         if values.len() < 2 {
@@ -235,7 +227,6 @@ impl Moments {
     }
 
     /// Standard error of the mean.
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.deviation / (self.count as f64).sqrt()
     }

@@ -74,9 +74,6 @@ impl Axis {
     /// assert_eq!(axis.unit, "m");
     /// # Ok::<(), granchain_calibration::predict::grid::GridError>(())
     /// ```
-    ///
-    /// # Errors
-    /// [`GridError`].
     pub fn parse(text: &str) -> Result<Self, GridError> {
         let no_axis = || GridError::NoAxis { found: text.into() };
         let (key, values) = text.split_once('=').ok_or_else(no_axis)?;
@@ -143,9 +140,6 @@ pub struct Grid {
 
 impl Grid {
     /// The full grid of some axes.
-    ///
-    /// # Errors
-    /// A key given twice, too many points.
     pub fn new(axes: Vec<Axis>) -> Result<Self, GridError> {
         for (index, axis) in axes.iter().enumerate() {
             if axes[..index].iter().any(|earlier| earlier.key == axis.key) {
@@ -159,19 +153,16 @@ impl Grid {
         Ok(Self { axes })
     }
 
-    #[must_use]
     pub fn len(&self) -> usize {
         self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
     /// Whether the grid has no points.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Values of point `index`, one per axis.
-    #[must_use]
     pub fn values(&self, index: usize) -> Vec<&Value> {
         let mut rest = index;
         let mut values: Vec<&Value> = self
@@ -197,7 +188,6 @@ impl Grid {
     }
 
     /// Place of point `index` along an axis, from 0.
-    #[must_use]
     pub fn place(&self, index: usize, axis: usize) -> usize {
         let behind: usize = self.axes[axis + 1..].iter().map(|axis| axis.values.len()).product();
         index / behind % self.axes[axis].values.len()
@@ -210,7 +200,6 @@ impl Grid {
     }
 
     /// The overrides of point `index`, as for `--set`: `KEY=VALUE` in SI.
-    #[must_use]
     pub fn overrides(&self, index: usize) -> Vec<String> {
         self.axes.iter().zip(self.values(index)).map(|(axis, value)| format!("{}={value}", axis.key)).collect()
     }

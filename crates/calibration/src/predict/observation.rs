@@ -48,7 +48,6 @@ pub struct Watched {
 pub struct Observation(pub Vec<Option<f64>>);
 
 /// Reported features of a velocity, in order.
-#[must_use]
 pub fn watched() -> Vec<Watched> {
     let velocity = |key: String| Watched { key, unit: "m/s", suffix: "_m_per_s" };
     let pure = |key: String| Watched { key, unit: "", suffix: "" };
@@ -61,7 +60,6 @@ pub fn watched() -> Vec<Watched> {
 
 /// Reported features of a measurand, in order; for a pressure under a drive of that frequency (Hz) the harmonics up to
 /// 1 MHz.
-#[must_use]
 pub fn watched_of(measurand: Measurand, drive_frequency: f64) -> Vec<Watched> {
     if measurand == Measurand::Velocity {
         return watched();
@@ -83,7 +81,6 @@ const HIGHEST_HARMONIC: f64 = 1e6;
 
 impl Observation {
     /// The watched numbers of a measured pressure.
-    #[must_use]
     pub(crate) fn of_pressure(features: &PressureFeatures) -> Self {
         let mut values = vec![Some(features.peaks.positive), Some(features.peaks.negative)];
         let line = |order| features.harmonics.iter().find(|harmonic| harmonic.order == order);
@@ -93,9 +90,6 @@ impl Observation {
     }
 
     /// The watched numbers of a trace of a measurand.
-    ///
-    /// # Errors
-    /// [`FeatureError`] when it cannot be measured.
     pub fn of_trace(measurand: Measurand, trace: &Series, settings: &FeatureSettings) -> Result<Self, FeatureError> {
         match measurand {
             Measurand::Velocity => Self::measure(trace, settings),
@@ -108,7 +102,6 @@ impl Observation {
     }
 
     /// The watched numbers of measured features.
-    #[must_use]
     pub fn of(features: &Features) -> Self {
         let mut values = vec![Some(features.peaks.positive), Some(features.peaks.negative)];
         values.extend(WATCHED_LINES.map(|ratio| features.line(ratio).map(|line| line.amplitude)));
@@ -118,15 +111,11 @@ impl Observation {
     }
 
     /// The watched numbers of a velocity (m/s).
-    ///
-    /// # Errors
-    /// [`FeatureError`] when the velocity cannot be measured.
     pub fn measure(velocity: &Series, settings: &FeatureSettings) -> Result<Self, FeatureError> {
         Ok(Self::of(&measure(velocity, settings)?))
     }
 
     /// The number with this key of [`watched`].
-    #[must_use]
     pub fn get(&self, key: &str) -> Option<f64> {
         let index = watched().iter().position(|watched| watched.key == key)?;
         self.0.get(index).copied().flatten()
@@ -145,9 +134,6 @@ pub struct PressureMetrics {
 
 impl PressureMetrics {
     /// Pressure metrics over the window of the settings; `None` without water, or without pressure.
-    ///
-    /// # Errors
-    /// [`FeatureError`] when the pressure cannot be measured.
     pub fn measure(response: &Response, settings: &FeatureSettings) -> Result<Option<Self>, FeatureError> {
         let pressure = response.disc.as_ref().and_then(|disc| disc.pressure.first());
         let Some(pressure) = pressure.filter(|pressure| pressure.peak() > 0.0) else { return Ok(None) };
@@ -163,16 +149,12 @@ impl PressureMetrics {
 
 /// An observed velocity ([`Response::observed_velocity`], m/s) after the scene's vibrometer filter: bodies of the
 /// finer models ring at 2.6 MHz and above, far beyond the bandwidth of a vibrometer, and would dominate the peaks.
-#[must_use]
 pub fn seen(scene: &Scene, velocity: &Series) -> Series {
     low_pass(velocity, scene.vibrometer_bandwidth)
 }
 
 /// Features of the velocity after the vibrometer filter ([`seen`]). A bead that has left a disc flies at constant
 /// velocity and has no features in the window; then the whole record is measured.
-///
-/// # Errors
-/// [`FeatureError`] when the velocity cannot be measured.
 pub fn measure_response(
     scene: &Scene,
     response: &Response,
@@ -189,9 +171,6 @@ pub fn measure_response(
 
 /// Settings under which a scene's own response is measured: no noise, and the window where the envelope of its drive
 /// exceeds half its peak.
-///
-/// # Errors
-/// [`FeatureError`] when the drive has no such window.
 pub fn settings(scene: &Scene) -> Result<FeatureSettings, FeatureError> {
     let window = match scene.drive.kind.striker() {
         // Its impulses go on until the end.

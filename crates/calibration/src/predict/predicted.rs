@@ -30,9 +30,6 @@ const UPPER_REPLICATES: usize = 8;
 
 /// Compares `scene` with the measurement, on the scene's own model; runs without a predicted passband are filtered by
 /// `passband`, or as their record states.
-///
-/// # Errors
-/// When the accurate run fails or cannot be compared.
 pub fn predict_measured(
     measured: &Measured,
     scene: &Scene,
@@ -74,7 +71,6 @@ pub struct Predictions {
 impl Predictions {
     /// Runs the best candidate's answer, with bodies from `cache` if present; `watch` receives the progress of a
     /// diagnosis and can stop all.
-    #[must_use]
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
         let fidelities = &fitted.best_made().fidelities;
@@ -112,7 +108,6 @@ impl Predictions {
         Self { predictions, failures, diagnosis: fitted.diagnose(problem, watch) }
     }
 
-    #[must_use]
     pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
         let mut outcome = fitted.outcome(problem);
         let mut features =

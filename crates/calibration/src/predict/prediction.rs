@@ -142,9 +142,6 @@ impl Laboratory<'_> {
 /// (posterior predictive, so that their scatter is that of a further record), else the plan's. `passband` is the
 /// instrument's filter for the accurate run and for variations without their own. The runs end soon after `watch`
 /// requests a stop.
-///
-/// # Errors
-/// When the accurate run fails, is stopped or cannot be compared.
 pub fn predict(
     scene: &Scene,
     bodies: &Bodies,
@@ -219,9 +216,6 @@ pub fn predict(
 
 /// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers; on
 /// the model it asks for, whose bodies may be ready already. `predicted` and `watch` as of [`predict`].
-///
-/// # Errors
-/// When the accurate run fails or cannot be measured.
 pub(crate) fn predict_printed(
     scene: &Scene,
     bodies: &Bodies,

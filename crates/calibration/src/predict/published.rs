@@ -258,7 +258,6 @@ pub struct Published {
 }
 
 /// What the paper prints about this scene: six 1 mm steel beads on the resin annulus at 73 kHz, else nothing.
-#[must_use]
 pub fn published(scene: &Scene) -> Option<Published> {
     let same = |value: f64, printed: f64| (value - printed).abs() <= 1e-9 * printed;
     let elastic = |one: &Material, other: &Material| {

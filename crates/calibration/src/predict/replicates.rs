@@ -44,7 +44,6 @@ impl Watch for Unwatched {
 
 /// Variations of the scene's gaps and drive as planned, one per run, at the scene's drive level. Deterministic in the
 /// seed.
-#[must_use]
 pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
     let base = Variation::of(scene);
     let mut random = ChaCha8Rng::seed_from_u64(plan.seed);
@@ -68,9 +67,6 @@ pub fn perturbations(scene: &Scene, plan: &EnsemblePlan) -> Vec<Variation> {
 /// - `steps_per_period`: of the chain's fixed step; the other models have their own
 ///
 /// Once `watch` says stop, what is left is [`ModelError::Stopped`] in words and the caller asks `watch` again.
-///
-/// # Errors
-/// When there is no such model of these bodies, or the chain cannot run the scene at all.
 pub fn run<T: Send>(
     bodies: &Bodies,
     scene: &Scene,

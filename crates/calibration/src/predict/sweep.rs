@@ -155,9 +155,6 @@ pub fn sweep_part<E: StdError + Send + Sync + 'static>(
 }
 
 /// Refuses a grid whose every point is invalid, such as an unknown key or a wrong unit, before anything runs.
-///
-/// # Errors
-/// [`SweepError::NoValidPoint`].
 pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
     grid: &Grid,
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
