@@ -140,13 +140,11 @@ fn rounded_exponent(value: f64, figures: usize) -> i32 {
 }
 
 /// A value rounded to 12 digits: 0.3 + 5·0.05 is 0.55, not 0.5500000000000000444.
-#[must_use]
 pub fn to_12_digits(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 /// An instant or interval (s) with prefix and unit, to 12 digits: −13.6 µs.
-#[must_use]
 pub fn time(value: f64) -> String {
     Quantity::new(to_12_digits(value), Dimension::TIME).to_string()
 }

@@ -195,9 +195,6 @@ impl Quantity {
     }
 
     /// Reads a number with its unit; without a unit it is a pure number.
-    ///
-    /// # Errors
-    /// A [`QuantityError`] that says what could not be read, with the nearest known unit.
     pub fn parse(text: &str) -> Result<Self, QuantityError> {
         let trimmed = text.trim();
         let (number, unit) = split_number(trimmed)?;

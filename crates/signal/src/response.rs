@@ -103,7 +103,6 @@ impl ResponseTable {
     }
 
     /// Its range, whether phases were measured, for a message.
-    #[must_use]
     pub fn in_words(&self) -> String {
         let [first, last] = [self.frequencies.first(), self.frequencies.last()]
             .map(|frequency| engineering(frequency.copied().unwrap_or(0.0), "Hz", 4));

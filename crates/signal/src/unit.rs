@@ -27,9 +27,6 @@ impl Unit {
     /// assert_eq!(Unit::parse("N·s·m^(-3/2)")?, Unit::parse("N s/m^1.5")?);
     /// # Ok::<(), granchain_signal::QuantityError>(())
     /// ```
-    ///
-    /// # Errors
-    /// A [`QuantityError`] that names what is no unit and the nearest that is.
     pub fn parse(text: &str) -> Result<Self, QuantityError> {
         let trimmed = text.trim();
         let scale = Scale::parse(trimmed, trimmed)?;

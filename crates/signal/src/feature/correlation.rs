@@ -26,9 +26,6 @@ pub struct CorrelationPeak {
 /// - `reference`, `candidate`: of any unit each, same sample step (to 1e-9); the maximum is interpolated between
 ///   samples by a parabola
 ///
-/// # Errors
-/// A series that is empty, not finite or zero throughout, or steps that differ.
-///
 /// ```
 /// # use granchain_signal::{feature::correlation_peak, Series};
 /// let pulse = |at: f64, size: f64| {

@@ -16,9 +16,6 @@ const HIGHEST_SUMMED: u32 = 100;
 ///   included, so a strong third lowers it
 ///
 /// The normalisation is to the total (THD_R), not to the fundamental.
-///
-/// # Errors
-/// A series that is empty, constant or not finite, a drive frequency outside the usable band, a window outside it.
 pub fn total_harmonic_distortion(
     series: &Series,
     window: Window,

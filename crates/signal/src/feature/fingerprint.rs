@@ -320,9 +320,6 @@ impl Fingerprint {
     }
 
     /// Alignment reference of a trace: the sample of its onset, or the start of its decay.
-    ///
-    /// # Errors
-    /// Where it has none.
     pub fn alignment(&self, trace: &Series) -> Result<usize, FingerprintError> {
         let (measurand, threshold, values) = (self.measurand, self.threshold, &trace.values);
         if self.falls() {
@@ -347,9 +344,6 @@ impl Fingerprint {
     }
 
     /// Reduce a conditioned trace (m/s or Pa, [`SAMPLES_PER_CYCLE`] samples a drive period) to its features z.
-    ///
-    /// # Errors
-    /// No onset, or too few periods after it.
     pub fn measure(&self, trace: &Series) -> Result<Vec<f64>, FingerprintError> {
         let values = &trace.values;
         let alignment = self.alignment(trace)?;

@@ -22,9 +22,6 @@ const LONG_SPAN: f64 = 16.0;
 /// the frequency at which a constant, a cosine and a sine together fit best in the w-weighted squares. Free of noise the
 /// error is below 1e-7; white noise of rms σ adds 1.19 σ/(A T √n) Hz rms (n samples in the window of length T): 0.9 Hz at 3 %,
 /// 550 µs, 10 MHz, which moves no line amplitude by more than 1e-6 of it.
-///
-/// # Errors
-/// A series that is empty or not finite, a guess outside the usable band, no line within 5 % of the guess.
 pub fn refine_frequency(series: &Series, guess: f64) -> Result<f64, FeatureError> {
     let window = Window::of_drive(series, guess)?;
     refine_in(series, window, guess)
@@ -125,9 +122,6 @@ fn explained(series: &Series, window: Window, frequency: f64) -> Option<f64> {
 /// an assumption.
 ///
 /// Searched from four periods in the window to 0.8 of the Nyquist frequency.
-///
-/// # Errors
-/// An empty, constant or non-finite series.
 pub fn strongest_frequency(series: &Series, window: Window) -> Result<f64, FeatureError> {
     let window = window.on(series)?;
     let spectrum = amplitude_spectrum(series, window)?;

@@ -27,9 +27,6 @@ pub struct Impulse {
 ///
 /// - `share`: 0 to 1
 ///
-/// # Errors
-/// A series that is empty or not finite, a window outside it.
-///
 /// ```
 /// # use granchain_signal::{Series, feature::{Window, impulses}};
 /// let bell = |t: f64, at: f64| (-((t - at) / 30e-6).powi(2)).exp();

@@ -219,9 +219,6 @@ impl LineTable {
 ///
 /// Absent with a reason: lines above 0.8 of the Nyquist frequency, and lines of which the window holds less than
 /// [`MINIMUM_LINE_PERIODS`] periods.
-///
-/// # Errors
-/// A series that is empty or not finite, a drive frequency outside the usable band, a window outside the series.
 pub fn lines(
     series: &Series,
     window: Window,

@@ -76,9 +76,6 @@ impl Features {
 }
 
 /// Measure everything.
-///
-/// # Errors
-/// A series that is empty, constant or not finite, a drive frequency outside the usable band, a window outside it.
 pub fn measure(series: &Series, settings: &FeatureSettings) -> Result<Features, FeatureError> {
     let frequency = settings.drive_frequency;
     super::line::check(series, frequency)?;

@@ -18,7 +18,8 @@
 //! | likeness of impulses | peak of the normalised cross-correlation over every lag | [`correlation_peak`] |
 //! | pressure | peaks, levels of the harmonics, how far up the content reaches | [`measure_pressure`] |
 //!
-//! [`measure`] collects them in one [`Features`].
+//! [`measure`] collects them in one [`Features`]. A series that is empty, constant or not finite, a drive frequency outside the usable band
+//! and a window outside the series are refused ([`FeatureError`]).
 
 pub mod alignment;
 mod correlation;

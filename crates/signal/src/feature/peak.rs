@@ -71,9 +71,6 @@ pub struct Peaks {
 ///
 /// - `series`: any unit, finite, content below 0.42 of its sample rate
 /// - `window`: clipped to the series
-///
-/// # Errors
-/// A series that is empty or not finite, a window outside it.
 pub fn peaks(series: &Series, window: Window, settings: &PeakSettings) -> Result<Peaks, FeatureError> {
     check_finite(series)?;
     let range = window.on(series)?.indices(series);

@@ -78,9 +78,6 @@ impl PressureFeatures {
 ///
 /// The record's own spectrum is taken through Hann's window over `settings.window` ([`amplitude_spectrum`]); the harmonics stand at n f0
 /// exactly ([`line_amplitude`]).
-///
-/// # Errors
-/// A series that is empty, constant or not finite, a drive frequency outside the usable band, a window outside the series.
 pub fn measure_pressure(pressure: &Series, settings: &PressureSettings) -> Result<PressureFeatures, FeatureError> {
     let PressureSettings { drive_frequency, highest, content_level_db, probe, .. } = *settings;
     super::line::check(pressure, drive_frequency)?;

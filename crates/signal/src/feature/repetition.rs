@@ -22,9 +22,6 @@ pub struct Repetition {
 ///
 /// - `positive_peak`: from [`peaks`](super::peaks), unit of the series
 /// - `drive_frequency`: f0, Hz
-///
-/// # Errors
-/// A series that is empty or not finite, a window outside it.
 pub fn repetition(
     series: &Series,
     window: Window,

@@ -36,9 +36,6 @@ pub struct Similarity {
 ///
 /// - `reference`, `candidate`: same unit, sample steps may differ, both already limited to the same band
 /// - `window`: on the reference's clock
-///
-/// # Errors
-/// A series that is empty, constant or not finite, a drive frequency outside the usable band, a window outside either.
 pub fn similarity(
     reference: &Series,
     candidate: &Series,

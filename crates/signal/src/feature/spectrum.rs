@@ -32,9 +32,6 @@ pub struct AmplitudeSpectrum {
 /// A(f) = 2 |Σ w (x − x̄) e^(−2πi f t)| / Σ w (half that at 0 Hz and at the Nyquist frequency): a steady tone of
 /// amplitude A reads A at its line. Zero-padded to four points a bin at least; in windows of more than 2²⁰ samples to one, where a line between two points
 /// is read up to 1.4 dB low.
-///
-/// # Errors
-/// A series that is empty or not finite, a window outside it.
 pub fn amplitude_spectrum(series: &Series, window: Window) -> Result<AmplitudeSpectrum, FeatureError> {
     line::check_finite(series)?;
     let window = window.on(series)?;

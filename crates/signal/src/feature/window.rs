@@ -34,9 +34,6 @@ impl Window {
     ///
     /// The drive counts as zero outside its record, so a burst cut off at full level ends there, and a burst that
     /// starts or stops at once gives exactly its own span (the envelope's smoothing is symmetric). See [`envelope`].
-    ///
-    /// # Errors
-    /// An empty, constant or non-finite series, a drive frequency outside the usable band.
     pub fn of_drive(drive: &Series, drive_frequency: f64) -> Result<Self, FeatureError> {
         let envelope = envelope(drive, drive_frequency)?;
         let values = &envelope.values;
@@ -71,9 +68,6 @@ impl Window {
     ///
     /// Six periods average over the beat of period-2, -3 and -6 states; a trace that starts or stops at once begins and
     /// ends there. The span is within a period or so of the truth: a drive record is to be preferred.
-    ///
-    /// # Errors
-    /// An empty, constant or non-finite series, a drive frequency outside the usable band.
     pub fn of_trace(trace: &Series, drive_frequency: f64) -> Result<Self, FeatureError> {
         super::line::check(trace, drive_frequency)?;
         let mean = trace.values.iter().sum::<f64>() / trace.len() as f64;
@@ -105,9 +99,6 @@ impl Window {
     }
 
     /// The part of the window that the series covers.
-    ///
-    /// # Errors
-    /// When less than three samples of the series lie in it.
     pub fn on(self, series: &Series) -> Result<Self, FeatureError> {
         let clipped = Self { from: self.from.max(series.start), to: self.to.min(series.end()) };
         // NaN ends fail the comparison too.
@@ -144,9 +135,6 @@ impl Window {
 /// the image's 2 f0: neither a baseline nor the second side band ripples the envelope. The signal counts as zero
 /// outside its record. Chosen over the analytic signal by FFT because it does not wrap around at the ends and leaves
 /// broadband noise behind.
-///
-/// # Errors
-/// An empty or non-finite series, a drive frequency outside the usable band.
 pub fn envelope(drive: &Series, drive_frequency: f64) -> Result<Series, FeatureError> {
     super::line::check(drive, drive_frequency)?;
     let count = drive.len();
