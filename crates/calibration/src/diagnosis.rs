@@ -98,8 +98,14 @@ pub enum Cause {
     Material,
     /// The faces of piston or support.
     Ends,
-    /// The stiffness of the support.
+    /// The stiffness of the support; of a column that is struck, modulus or loss of its foundation.
     Support,
+    /// A plate on the foundation.
+    Plate,
+    /// Velocity of the striker.
+    Velocity,
+    /// Losses in the contacts of the beads.
+    ContactLoss,
     /// The gap before the first bead.
     Gap,
     DampingLaw,
@@ -109,7 +115,7 @@ pub enum Cause {
     Record,
 }
 
-/// A cause that explains a record.
+/// A cause that explains a record, or hits of a striker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     pub cause: Cause,
@@ -124,7 +130,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    fn new(cause: Cause, p_value: Option<f64>, text: String) -> Self {
+    pub(crate) fn new(cause: Cause, p_value: Option<f64>, text: String) -> Self {
         Self { cause, p_value, text, equivalent: false }
     }
 }

@@ -15,7 +15,7 @@ use super::{
     forward::Run,
     likelihood::TrainingRuns,
     multi_record::{MultiRecord, Share, shares},
-    parameter::Parameter,
+    parameter::{Parameter, widened},
     posterior::{Lobe, Posterior},
     search::{Search, ranking},
     waveform::WaveformFit,
@@ -60,6 +60,19 @@ impl std::fmt::Display for Verdict {
 }
 
 impl Verdict {
+    /// Of p, of whether the answer still moves, and of whether a value is unusual.
+    pub(crate) fn of(p: f64, moves: bool, unusual: bool) -> Self {
+        if p < agreement::OUTSIDE {
+            Self::OutsideScatter
+        } else if moves {
+            Self::NotConverged
+        } else if p < agreement::DOUBTFUL || unusual {
+            Self::Doubtful
+        } else {
+            Self::WithinScatter
+        }
+    }
+
     pub fn explains(self) -> bool {
         self != Self::OutsideScatter
     }
@@ -137,7 +150,7 @@ impl Fit {
     /// The parameters in a box widened beyond the bounds that the answer presses on; `None` if there is no such bound
     /// that may be moved. A parameter that presses on both ends is not identified, in a wider box neither.
     pub fn widened(&self) -> Option<Vec<Parameter>> {
-        self.widened_where(|d| {
+        widened(&self.parameters, |d| {
             let [low, high] = [0.05, 0.95].map(|probability| self.posterior.quantile(d, probability));
             match Parameter::pressed(low, self.most_likely[d], high) {
                 (true, true) => (false, false),
@@ -149,19 +162,7 @@ impl Fit {
     /// The parameters in a box four times wider on every side without a user-given bound; `None` if there is no such
     /// side.
     pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
-        self.widened_where(|_| (true, true))
-    }
-
-    /// The parameters widened at the lower and upper ends that `ends` selects by number; `None` if none can be.
-    fn widened_where(&self, ends: impl Fn(usize) -> (bool, bool)) -> Option<Vec<Parameter>> {
-        let widened = |(d, parameter): (usize, &Parameter)| {
-            let (down, up) = ends(d);
-            parameter.widened(down, up)
-        };
-        let widened: Vec<Option<Parameter>> = self.parameters.iter().enumerate().map(widened).collect();
-        let moved = widened.iter().any(Option::is_some);
-        let own = widened.into_iter().zip(&self.parameters);
-        moved.then(|| own.map(|(widened, own)| widened.unwrap_or_else(|| own.clone())).collect())
+        widened(&self.parameters, |_| (true, true))
     }
 
     /// Start points (unit coordinates) of the waveform's search.
@@ -518,16 +519,8 @@ impl Reading<'_> {
 
 /// Verdict for p, and whether the answer still `moves`.
 fn verdict(p: f64, moves: bool, estimates: &[Estimate], parameters: &[Parameter]) -> Verdict {
-    let unusual = || estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value));
-    if p < agreement::OUTSIDE {
-        Verdict::OutsideScatter
-    } else if moves {
-        Verdict::NotConverged
-    } else if p < agreement::DOUBTFUL || unusual() {
-        Verdict::Doubtful
-    } else {
-        Verdict::WithinScatter
-    }
+    let unusual = estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value));
+    Verdict::of(p, moves, unusual)
 }
 
 /// Number of runs and smallest misfit after each batch.

@@ -281,6 +281,18 @@ impl Parameter {
     }
 }
 
+/// Parameters widened at the lower and upper ends that `ends` selects by number; `None` if none can be.
+pub(crate) fn widened(parameters: &[Parameter], ends: impl Fn(usize) -> (bool, bool)) -> Option<Vec<Parameter>> {
+    let widened = |(d, parameter): (usize, &Parameter)| {
+        let (down, up) = ends(d);
+        parameter.widened(down, up)
+    };
+    let widened: Vec<Option<Parameter>> = parameters.iter().enumerate().map(widened).collect();
+    let moved = widened.iter().any(Option::is_some);
+    let own = widened.into_iter().zip(parameters);
+    moved.then(|| own.map(|(widened, own)| widened.unwrap_or_else(|| own.clone())).collect())
+}
+
 /// The scene with a variation applied; a negative gap becomes zero.
 pub(super) fn varied(scene: &Scene, variation: &Variation) -> Scene {
     variation.written_into(scene, |gap| gap.max(0.0))

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use granchain_calibration::{
+    diagnosis::Finding,
     fit::Verdict,
     impact::{ImpactOutcome, hit},
     outcome::FittedParameter,
@@ -62,6 +63,11 @@ fn microseconds(time: f64) -> String {
     fixed(1e6 * time, 1)
 }
 
+/// A cause with its p-value, which every cause of hits has.
+fn cause(finding: &Finding) -> String {
+    format!("{} (p = {})", finding.text, significant(finding.p_value.unwrap_or(0.0), 2))
+}
+
 /// The answer in lines of plain text.
 #[must_use]
 pub fn lines(outcome: &ImpactOutcome) -> String {
@@ -73,7 +79,7 @@ pub fn lines(outcome: &ImpactOutcome) -> String {
     }
     for (number, finding) in outcome.diagnosis.iter().enumerate() {
         let lead = if number == 0 { "look at:" } else { "     or:" };
-        let _ = writeln!(text, "  {lead} {} (p = {})", finding.text, significant(finding.p_value, 2));
+        let _ = writeln!(text, "  {lead} {}", cause(finding));
     }
     let times = &outcome.return_time;
     let _ = writeln!(
@@ -120,9 +126,7 @@ impl ImpactReport<'_> {
         let mut blocks = vec![Block::Headline { tone, verdict: verdict.into(), text }];
         blocks.extend(Block::noticed(&outcome.warnings));
         blocks.push(Block::Table(parameters(outcome)));
-        let causes = outcome.diagnosis.iter();
-        let causes = causes.map(|it| format!("{} (p = {})", it.text, significant(it.p_value, 2)));
-        blocks.extend(Block::listed("Likely causes", causes.collect()));
+        blocks.extend(Block::listed("Likely causes", outcome.diagnosis.iter().map(cause).collect()));
         blocks.extend(Block::Plates(vec![Plate::new("impulses", self.figure())]).under("Impulses"));
         blocks.extend([Block::Table(features(outcome)), Block::Table(hits(outcome))]);
         blocks.extend(Block::List(outcome.assumptions.clone()).under("Assumed"));

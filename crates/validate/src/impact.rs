@@ -110,7 +110,7 @@ fn synthetic(number: u64, seed: u64, stop: &(dyn Fn() -> bool + Sync)) -> Result
     let experiment =
         Experiment { hits, scene, parameters, unknown: Unknown::default(), evaluations: EVALUATIONS, seed: 1 };
     let fit = experiment.checked().and_then(|experiment| experiment.fit(stop)).map_err(|error| error.to_string())?;
-    let of = |d: usize| &fit.marginals[d];
+    let of = |d: usize| &fit.estimates[d];
     Ok(ImpactSynthetic {
         truth,
         intervals: [0, 1].map(|d| [of(d).low, of(d).high]),

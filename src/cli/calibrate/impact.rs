@@ -222,7 +222,7 @@ fn inputs(job: &Job) -> std::collections::BTreeMap<String, InputDigest> {
 
 /// Every run: where it lies in the bounds, the shared unknowns in standard deviations, the features' logarithms, or why there are none.
 fn runs(fit: &ImpactFit) -> Vec<u8> {
-    let names = fit.marginals.iter().map(|marginal| format!("u_{}", marginal.parameter.name));
+    let names = fit.parameters.iter().map(|parameter| format!("u_{}", parameter.name));
     let unknown = ["velocity", "modulus", "corner", "position"].map(|name| format!("n_{name}"));
     let features = crate::calibration::impact::hit::NAMES.map(|name| format!("z_{name}"));
     let head: Vec<String> = names.chain(unknown).chain(features).chain(["failure".into()]).collect();

@@ -4,10 +4,13 @@ use std::cmp::Ordering;
 
 use granchain_model::scene::{DampingKind, Material, Plate, Scene, Support};
 use granchain_signal::number::{engineering, significant};
-use serde::{Deserialize, Serialize};
 
 use super::{Experiment, ImpactError, ImpactFit};
-use crate::{agreement::DOUBTFUL, parameter::Parameter};
+use crate::{
+    agreement::DOUBTFUL,
+    diagnosis::{Cause, Finding},
+    parameter::Parameter,
+};
 
 /// Runs of a fit for one cause.
 const RUNS: usize = 240;
@@ -21,35 +24,9 @@ const NAMED: usize = 4;
 const ANY_MODULUS: f64 = 16.0;
 const ANY_VELOCITY: f64 = 2.5;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ImpactCause {
-    /// Modulus or loss of the foundation.
-    Support,
-    /// A plate on the foundation.
-    Plate,
-    Velocity,
-    /// Losses in the contacts of the beads.
-    ContactLoss,
-    /// Beads between sensor and foundation.
-    Beads,
-}
-
-/// A cause that explains the hits.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ImpactFinding {
-    pub cause: ImpactCause,
-    pub p_value: f64,
-    /// Finding and remedy, as text.
-    pub text: String,
-    /// Whether the hits cannot distinguish it from the most likely cause.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub equivalent: bool,
-}
-
 /// A bench on which a cause holds: what differs, in words, and what is fitted besides.
 struct Assumed {
-    cause: ImpactCause,
+    cause: Cause,
     what: &'static str,
     scene: Scene,
     further: Vec<Parameter>,
@@ -60,7 +37,7 @@ impl Experiment {
     ///
     /// # Errors
     /// When stopped; a cause on which no fit can be made is none.
-    pub fn causes(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<Vec<ImpactFinding>, ImpactError> {
+    pub fn causes(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<Vec<Finding>, ImpactError> {
         let mut found = Vec::new();
         for assumed in self.assumed() {
             let Assumed { cause, what, scene, further } = assumed;
@@ -74,24 +51,15 @@ impl Experiment {
                 Err(_) => continue,
             };
             if fit.p_value >= DOUBTFUL {
-                found.push(ImpactFinding {
-                    cause,
-                    p_value: fit.p_value,
-                    text: text(what, &names, &fit),
-                    equivalent: false,
-                });
+                found.push((fit.p_value, Finding::new(cause, Some(fit.p_value), text(what, &names, &fit))));
             }
         }
         // Of causes that explain the hits about equally well the first assumed comes first.
-        let best = found.iter().map(|finding| finding.p_value).fold(0.0, f64::max);
-        let as_well = |finding: &ImpactFinding| finding.p_value >= AS_WELL * best;
-        found.sort_by(|a, b| match (as_well(a), as_well(b)) {
-            (true, true) => Ordering::Equal,
-            _ => b.p_value.total_cmp(&a.p_value),
-        });
-        found.iter_mut().skip(1).for_each(|finding| finding.equivalent = as_well(finding));
-        found.truncate(NAMED);
-        Ok(found)
+        let best = found.iter().map(|(p, _)| *p).fold(0.0, f64::max);
+        let as_well = |p: f64| p >= AS_WELL * best;
+        found.sort_by(|(a, _), (b, _)| if as_well(*a) && as_well(*b) { Ordering::Equal } else { b.total_cmp(a) });
+        found.iter_mut().skip(1).for_each(|(p, finding)| finding.equivalent = as_well(*p));
+        Ok(found.into_iter().map(|(_, finding)| finding).take(NAMED).collect())
     }
 
     fn assumed(&self) -> Vec<Assumed> {
@@ -109,14 +77,14 @@ impl Experiment {
         };
         let (has_modulus, has_loss) = (fitted("support_modulus"), fitted("support_loss"));
         if !has_modulus {
-            add(ImpactCause::Support, "the support has another modulus", scene.clone(), vec![modulus.clone()]);
+            add(Cause::Support, "the support has another modulus", scene.clone(), vec![modulus.clone()]);
         }
         if !has_loss {
-            add(ImpactCause::Support, "the support loses energy", scene.clone(), vec![loss.clone()]);
+            add(Cause::Support, "the support loses energy", scene.clone(), vec![loss.clone()]);
         }
         if !has_modulus && !has_loss {
             add(
-                ImpactCause::Support,
+                Cause::Support,
                 "the support has another modulus and loses energy",
                 scene.clone(),
                 vec![modulus, loss.clone()],
@@ -124,42 +92,27 @@ impl Experiment {
         }
         if let Some(plated) = with_plate(scene) {
             let thickness = || Parameter::plate(&plated);
-            add(
-                ImpactCause::Plate,
-                "a plate lies between the last bead and the support",
-                plated.clone(),
-                vec![thickness()],
-            );
+            add(Cause::Plate, "a plate lies between the last bead and the support", plated.clone(), vec![thickness()]);
             if !has_loss {
                 let what = "a plate lies between the last bead and the support, which loses energy";
-                add(ImpactCause::Plate, what, plated.clone(), vec![thickness(), loss]);
+                add(Cause::Plate, what, plated.clone(), vec![thickness(), loss]);
             }
         }
         if !fitted("alpha") {
             let alpha =
                 Parameter::alpha().between(scene.amplitude_scale / ANY_VELOCITY, scene.amplitude_scale * ANY_VELOCITY);
-            add(
-                ImpactCause::Velocity,
-                "the striker is faster or slower (alpha, a factor)",
-                scene.clone(),
-                vec![Some(alpha)],
-            );
+            add(Cause::Velocity, "the striker is faster or slower (alpha, a factor)", scene.clone(), vec![Some(alpha)]);
         }
         if scene.damping.kind == DampingKind::None {
             let mut lossy = scene.clone();
             lossy.damping.kind = DampingKind::KuwabaraKono;
             let damping = named("damping", &lossy);
-            add(
-                ImpactCause::ContactLoss,
-                "the contacts of the beads lose energy (Kuwabara-Kono)",
-                lossy,
-                vec![damping],
-            );
+            add(Cause::ContactLoss, "the contacts of the beads lose energy (Kuwabara-Kono)", lossy, vec![damping]);
         }
         let beads = [(false, "one bead fewer stands on the support"), (true, "one bead more stands on the support")];
         for (more, what) in beads {
             let changed = with_beads(scene, more);
-            changed.into_iter().for_each(|scene| add(ImpactCause::Beads, what, scene, vec![]));
+            changed.into_iter().for_each(|scene| add(Cause::Beads, what, scene, vec![]));
         }
         assumed
     }
@@ -190,10 +143,10 @@ fn with_beads(scene: &Scene, more: bool) -> Option<Scene> {
 
 fn text(what: &str, names: &[String], fit: &ImpactFit) -> String {
     let of = |name: &String| {
-        let marginal = fit.marginals.iter().find(|marginal| marginal.parameter.name == *name)?;
-        let unit = &marginal.parameter.unit;
+        let found = fit.estimates.iter().find(|estimate| estimate.name == *name)?;
+        let unit = &found.unit;
         let shown = |value: f64| if unit == "1" { significant(value, 3) } else { engineering(value, unit, 3) };
-        Some(format!("{name} {} ({} to {})", shown(marginal.median), shown(marginal.low), shown(marginal.high)))
+        Some(format!("{name} {} ({} to {})", shown(found.median), shown(found.low), shown(found.high)))
     };
     let values: Vec<String> = names.iter().filter_map(of).collect();
     let values = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };

@@ -24,10 +24,7 @@ use granchain_model::{ModelError, scene::Scene};
 use granchain_record::SensorRecord;
 use granchain_signal::{Series, feature::FeatureError};
 
-pub use self::{
-    cause::{ImpactCause, ImpactFinding},
-    outcome::{HitOutcome, ImpactOutcome, ReturnTime},
-};
+pub use self::outcome::{HitOutcome, ImpactOutcome, ReturnTime};
 use self::{
     hit::{Features, Impulses, observe},
     likelihood::{Grid, Hits, Likelihood},
@@ -35,9 +32,8 @@ use self::{
     run::{Bench, CORNER, Run, Unknown, force, high_passed},
 };
 use crate::{
-    agreement::{DOUBTFUL, OUTSIDE},
-    fit::Verdict,
-    parameter::Parameter,
+    fit::{Estimate, Verdict},
+    parameter::{Parameter, widened},
 };
 
 /// Runs of a fit where none are asked for.
@@ -117,23 +113,10 @@ pub struct Experiment {
     pub seed: u64,
 }
 
-/// A parameter as the hits leave it, in unit coordinates and SI.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Marginal {
-    pub parameter: Parameter,
-    pub value: f64,
-    pub low: f64,
-    pub median: f64,
-    pub high: f64,
-    /// Whether value or interval touch a bound.
-    pub at_bound: bool,
-    /// Whether the interval is hardly narrower than the box.
-    pub unidentified: bool,
-}
-
 #[derive(Debug, Clone)]
 pub struct ImpactFit {
-    pub marginals: Vec<Marginal>,
+    pub parameters: Vec<Parameter>,
+    pub estimates: Vec<Estimate>,
     pub verdict: Verdict,
     pub p_value: f64,
     /// Correlation of the first two parameters.
@@ -184,30 +167,24 @@ impl Experiment {
     pub fn fit(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactFit, ImpactError> {
         let hits = Hits::of(&self.features());
         let mut parameters = self.parameters.clone();
-        for widened in 0..=WIDENINGS {
+        let mut left = WIDENINGS;
+        loop {
             let fit = self.searched(&parameters, &hits, stop)?;
-            let pressed = |marginal: &Marginal| {
-                let coordinate = |value| marginal.parameter.coordinate(value);
-                let (down, up) =
-                    Parameter::pressed(coordinate(marginal.low), coordinate(marginal.value), coordinate(marginal.high));
-                marginal.parameter.widened(down, up).filter(|_| !marginal.unidentified)
+            let pressed = |d: usize| {
+                let Estimate { low, value, high, unidentified, .. } = fit.estimates[d];
+                let [low, value, high] = [low, value, high].map(|x| parameters[d].coordinate(x));
+                if unidentified { (false, false) } else { Parameter::pressed(low, value, high) }
             };
-            let wider: Vec<Option<Parameter>> = fit.marginals.iter().map(pressed).collect();
-            if widened == WIDENINGS || wider.iter().all(Option::is_none) {
-                return Ok(fit);
-            }
-            parameters
-                .iter_mut()
-                .zip(wider)
-                .for_each(|(parameter, wider)| *parameter = wider.unwrap_or_else(|| parameter.clone()));
+            let Some(wider) = widened(&parameters, pressed).filter(|_| left > 0) else { return Ok(fit) };
+            (parameters, left) = (wider, left - 1);
         }
-        Err(ImpactError::Stopped)
     }
 
     /// The sensor force of the scene at the answer of a fit, N, behind an AC coupling in the middle of those that may be.
     pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
         let mut scene = self.scene.clone();
-        fit.marginals.iter().for_each(|marginal| marginal.parameter.set(&mut scene, marginal.value));
+        let fitted = fit.parameters.iter().zip(&fit.estimates);
+        fitted.for_each(|(parameter, estimate)| parameter.set(&mut scene, estimate.value));
         Ok(high_passed(&force(&scene, 0.5)?, CORNER.0))
     }
 
@@ -249,7 +226,7 @@ fn too_few(runs: &[Run]) -> ImpactError {
     ImpactError::TooFewRuns { finished: runs.len() - reasons.len(), runs: runs.len(), reason }
 }
 
-/// Unit coordinate from which an answer touches a bound, and the share of the box from which an interval tells nothing.
+/// Unit coordinate from which an end of a round touches a bound, and the share of the box from which an interval tells nothing.
 const EDGE: f64 = 0.01;
 const WIDE: f64 = 0.8;
 
@@ -261,7 +238,7 @@ fn answer(
     (within, runs): (&[[f64; 2]], Vec<Run>),
 ) -> ImpactFit {
     let mut settled = true;
-    let marginal = |(d, parameter): (usize, &Parameter)| {
+    let estimate = |(d, parameter): (usize, &Parameter)| {
         let [low, median, high] = grid.quantiles(d, [0.05, 0.5, 0.95]);
         let [edge, end] = within[d];
         // An interval that the last round's part of the box cuts off, or a median that still moves by more than half of it.
@@ -269,27 +246,11 @@ fn answer(
             (low - edge < 0.02 * (end - edge) && edge > EDGE) || (end - high < 0.02 * (end - edge) && end < 1.0 - EDGE);
         let moved = before.is_some_and(|before| (before.quantiles(d, [0.5])[0] - median).abs() > 0.5 * (high - low));
         settled &= !(cut || moved);
-        Marginal {
-            value: parameter.value(grid.best[d]),
-            low: parameter.value(low),
-            median: parameter.value(median),
-            high: parameter.value(high),
-            at_bound: low.min(grid.best[d]) < EDGE || high.max(grid.best[d]) > 1.0 - EDGE,
-            unidentified: high - low > WIDE,
-            parameter: parameter.clone(),
-        }
+        let found = Estimate::between(parameter, grid.best[d], [low, median, high]);
+        Estimate { unidentified: high - low > WIDE, ..found }
     };
-    let marginals: Vec<Marginal> = parameters.iter().enumerate().map(marginal).collect();
+    let estimates: Vec<Estimate> = parameters.iter().enumerate().map(estimate).collect();
     let p_value = likelihood.p_value(grid.square, parameters.len());
-    let verdict = if p_value < OUTSIDE {
-        Verdict::OutsideScatter
-    } else if !settled {
-        Verdict::NotConverged
-    } else if p_value < DOUBTFUL {
-        Verdict::Doubtful
-    } else {
-        Verdict::WithinScatter
-    };
     let (mean, covariance) = grid.moments(|at| likelihood.regression.expected(at).mean);
     let of_mean = covariance[(0, 0)] + likelihood.shared()[(0, 0)];
     let of_hit = likelihood.scatter[(0, 0)];
@@ -300,8 +261,9 @@ fn answer(
         scatter: likelihood.scatter.diagonal().map(f64::sqrt),
         return_time: [mean[0], (of_mean + of_hit).sqrt()],
         freedom: likelihood.hits.freedom(),
-        marginals,
-        verdict,
+        verdict: Verdict::of(p_value, !settled, false),
+        parameters: parameters.to_vec(),
+        estimates,
         p_value,
         runs,
     }

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Experiment, ImpactFit, cause::ImpactFinding, hit::NAMES, likelihood::student};
+use super::{Experiment, ImpactFit, hit::NAMES, likelihood::student};
 use crate::{
+    diagnosis::Finding,
     fit::Verdict,
-    outcome::{FittedParameter, InputDigest, failures_of},
+    outcome::{FittedParameter, InputDigest, estimates_by_name, failures_of},
     recorded_run::labels,
 };
 
@@ -31,7 +32,7 @@ pub struct ImpactOutcome {
     pub hits: Vec<HitOutcome>,
     /// Likely causes if the model does not explain the hits, most likely first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub diagnosis: Vec<ImpactFinding>,
+    pub diagnosis: Vec<Finding>,
     pub evaluations: u64,
     pub failed_runs: u64,
     pub failures: BTreeMap<String, u64>,
@@ -84,7 +85,7 @@ pub struct HitOutcome {
 
 impl ImpactOutcome {
     /// Of a fit; what was read and named is added by who knows it.
-    pub fn of(experiment: &Experiment, fit: &ImpactFit, diagnosis: Vec<ImpactFinding>) -> Self {
+    pub fn of(experiment: &Experiment, fit: &ImpactFit, diagnosis: Vec<Finding>) -> Self {
         let [mean, of_hit] = fit.return_time;
         let reach = student(fit.freedom, 0.95) * of_hit;
         let (low, high) = ((mean - reach).exp(), (mean + reach).exp());
@@ -107,20 +108,6 @@ impl ImpactOutcome {
                 }
             })
             .collect();
-        let quoted = fit.verdict.explains();
-        let parameters = fit.marginals.iter().map(|marginal| {
-            let fitted = FittedParameter {
-                value: marginal.value,
-                low: quoted.then_some(marginal.low),
-                high: quoted.then_some(marginal.high),
-                median: marginal.median,
-                unit: marginal.parameter.unit.clone(),
-                at_bound: marginal.at_bound,
-                unidentified: marginal.unidentified,
-                bounds: [marginal.parameter.low, marginal.parameter.high],
-            };
-            (marginal.parameter.name.clone(), fitted)
-        });
         let features = experiment.features();
         let measured = |feature: usize| features.iter().map(|hit| hit[feature]).sum::<f64>() / features.len() as f64;
         let compared = |(feature, name): (usize, &&str)| {
@@ -144,7 +131,7 @@ impl ImpactOutcome {
             quantity: "force".into(),
             verdict: fit.verdict,
             p_value: fit.p_value,
-            parameters: parameters.collect(),
+            parameters: estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains()),
             correlation: fit.correlation,
             return_time: ReturnTime {
                 measured: measured(0).exp(),
