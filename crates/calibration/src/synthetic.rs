@@ -95,31 +95,6 @@ const BASELINE: f64 = 0.05;
 /// Recorded time before the drive starts, s.
 const PRE_TRIGGER: f64 = 30e-6;
 
-/// Instrument of a synthetic record.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lab {
-    /// σ of the noise relative to the peak, 1.
-    pub noise: f64,
-    pub sample_rate: f64,
-    /// Delay of the record's time zero after the start of the drive, s.
-    pub trigger_offset: f64,
-    /// Offset relative to the peak, 1.
-    pub baseline: f64,
-}
-
-impl Lab {
-    /// A typical instrument: up to 3 % of noise, a common sample rate, a trigger within 10 µs, an offset up to 5 %.
-    pub fn draw(measurand: Measurand, random: &mut ChaCha8Rng) -> Self {
-        let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
-        Self {
-            noise: random.random_range(0.0..NOISE),
-            sample_rate: rates[random.random_range(0..rates.len())],
-            trigger_offset: random.random_range(-TRIGGER..TRIGGER),
-            baseline: random.random_range(-BASELINE..BASELINE),
-        }
-    }
-}
-
 /// Difference between the true scene and the fitted model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -133,36 +108,30 @@ pub enum Flaw {
 }
 
 /// γ/c of two dampers of comparable loss: the paper's 3660 N·s·m^(-3/2) against 0.3 N·s/m.
-pub const EQUIVALENT: f64 = 12_200.0;
+const EQUIVALENT: f64 = 12_200.0;
 
 /// The scene of synthetic record `index` (without its truth): the supports alternate, the laws alternate half as
 /// often.
 pub fn scene_of(base: &Scene, index: u64) -> Scene {
-    let mut scene = base.clone();
+    let linear = (index / 2).is_multiple_of(2);
+    let mut scene = with_law(base, if linear { DampingKind::Linear } else { DampingKind::KuwabaraKono });
     scene.support =
         if index.is_multiple_of(2) { Support::resin_annulus(1.0) } else { Support::Flat(FlatContact::Rigid) };
-    set_law(&mut scene, if (index / 2).is_multiple_of(2) { DampingKind::Linear } else { DampingKind::KuwabaraKono });
     scene
 }
 
 /// The same scene with the other of the two damping laws, no coefficient set.
 pub fn with_other_law(scene: &Scene) -> Scene {
-    let mut other = scene.clone();
     let linear = scene.damping.kind == DampingKind::Linear;
-    set_law(&mut other, if linear { DampingKind::KuwabaraKono } else { DampingKind::Linear });
-    other
+    with_law(scene, if linear { DampingKind::KuwabaraKono } else { DampingKind::Linear })
 }
 
 /// The scene with a damping law, no coefficient set.
 pub fn with_law(scene: &Scene, kind: DampingKind) -> Scene {
     let mut scene = scene.clone();
-    set_law(&mut scene, kind);
-    scene
-}
-
-fn set_law(scene: &mut Scene, kind: DampingKind) {
     scene.damping.kind = kind;
     scene.damping.coefficients = DampingCoefficients::default();
+    scene
 }
 
 /// The scene with a flaw that the fitted model does not have.
@@ -197,7 +166,7 @@ pub fn synthetic(
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Synthetic, SyntheticError> {
     let values = drawn_truth(parameters, index, seed);
-    synthetic_at(scene, parameters, values, uncertainty, (index, seed), &Lab::draw, &|scene| run(&flawed(scene, flaw)))
+    made(scene, parameters, values, uncertainty, (index, seed), &|scene| run(&flawed(scene, flaw)))
 }
 
 /// The truth of synthetic record `index`: a point of the box's inner part.
@@ -228,7 +197,7 @@ pub fn synthetic_at_level(
     let (scene, values) = (at_level(scene, level), drawn_truth(parameters, index, seed));
     // Shots draw from streams of their own, as synthetic records do.
     let drawn_by = index + (number << 32);
-    let mut made = synthetic_at(&scene, parameters, values, uncertainty, (drawn_by, seed), &Lab::draw, run)?;
+    let mut made = made(&scene, parameters, values, uncertainty, (drawn_by, seed), run)?;
     made.truth.index = index;
     Ok(made)
 }
@@ -240,14 +209,14 @@ pub fn at_level(scene: &Scene, level: f64) -> Scene {
     scene
 }
 
-/// Synthetic record `index` of a seed with given truth, drawn gaps and the instrument `lab`.
-pub fn synthetic_at(
+/// Synthetic record `index` of a seed with given truth, drawn gaps and a typical instrument: up to 3 % of noise, a common sample rate, a trigger within
+/// 10 µs, an offset up to 5 %.
+fn made(
     scene: &Scene,
     parameters: &[Parameter],
     values: Vec<f64>,
     uncertainty: &Uncertainty,
     (index, seed): (u64, u64),
-    lab: &dyn Fn(Measurand, &mut ChaCha8Rng) -> Lab,
     run: &dyn Fn(&Scene) -> Result<Response, ModelError>,
 ) -> Result<Synthetic, SyntheticError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -257,9 +226,12 @@ pub fn synthetic_at(
     draw_nuisances(&mut truth_scene, parameters, uncertainty, &mut random);
     let measurand = if scene.water.is_some() { Measurand::Pressure } else { Measurand::Velocity };
     let made = trace(run(&truth_scene)?, measurand)?;
-    let Lab { noise, sample_rate, trigger_offset, baseline } = lab(measurand, &mut random);
     let peak = made.peak();
-    let baseline = peak * baseline;
+    let rates = if measurand == Measurand::Pressure { HYDROPHONE_RATES } else { SAMPLE_RATES };
+    let noise = random.random_range(0.0..NOISE);
+    let sample_rate = rates[random.random_range(0..rates.len())];
+    let trigger_offset: f64 = random.random_range(-TRIGGER..TRIGGER);
+    let baseline = peak * random.random_range(-BASELINE..BASELINE);
     let seen = parameters.iter().zip(&values).find(|(parameter, _)| parameter.target == Target::Bandwidth);
     let bandwidth = seen.map_or(f64::INFINITY, |(_, bandwidth)| *bandwidth);
     let span = PRE_TRIGGER + made.end() - trigger_offset.abs();
@@ -329,36 +301,27 @@ fn draw_nuisances(scene: &mut Scene, parameters: &[Parameter], uncertainty: &Unc
 
 /// A horn-tip file as a laboratory stores it: µs and nm, resolution 0.01 nm, after `comments`.
 pub fn horn_tip_csv(displacement: &Series, comments: &[String]) -> Vec<u8> {
-    let mut text = head(comments);
-    text.push_str("time_us,displacement_nm\n");
-    for (index, value) in displacement.values.iter().enumerate() {
-        let _ = writeln!(text, "{:.1},{:.2}", displacement.time(index) * 1e6, value * 1e9);
-    }
-    text.into_bytes()
+    file(displacement, comments, "time_us,displacement_nm", [1, 2], |value| value * 1e9)
 }
 
 /// A vibrometer file as a laboratory stores it: µs and mm/s, resolution 1 µm/s, after `comments`.
 pub fn vibrometer_csv(velocity: &Series, comments: &[String]) -> Vec<u8> {
-    let mut text = head(comments);
-    text.push_str("time_us,velocity_mm_per_s\n");
-    for (index, value) in velocity.values.iter().enumerate() {
-        let _ = writeln!(text, "{:.4},{:.3}", velocity.time(index) * 1e6, value * 1e3);
-    }
-    text.into_bytes()
+    file(velocity, comments, "time_us,velocity_mm_per_s", [4, 3], |value| value * 1e3)
 }
 
 /// A hydrophone file as a laboratory stores it: µs and mV of an instrument of 250 nV/Pa, resolution 0.1 µV (0.4 Pa),
 /// after `comments`.
 pub fn hydrophone_csv(pressure: &Series, comments: &[String]) -> Vec<u8> {
-    let mut text = head(comments);
-    let _ = writeln!(text, "# sensitivity: {}\ntime_us,hydrophone_mV", HYDROPHONE.0);
-    for (index, value) in pressure.values.iter().enumerate() {
-        let _ = writeln!(text, "{:.4},{:.4}", pressure.time(index) * 1e6, value * HYDROPHONE.1 * 1e3);
-    }
-    text.into_bytes()
+    let head = format!("# sensitivity: {}\ntime_us,hydrophone_mV", HYDROPHONE.0);
+    file(pressure, comments, &head, [4, 4], |value| value * HYDROPHONE.1 * 1e3)
 }
 
-/// The comments a record begins with.
-fn head(comments: &[String]) -> String {
-    comments.iter().map(|comment| format!("# {comment}\n")).collect()
+/// A file of instants (µs) and values with so many decimals each.
+fn file(series: &Series, comments: &[String], head: &str, decimals: [usize; 2], shown: fn(f64) -> f64) -> Vec<u8> {
+    let mut text: String = comments.iter().map(|comment| format!("# {comment}\n")).collect();
+    let _ = writeln!(text, "{head}");
+    for (index, value) in series.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.*},{:.*}", decimals[0], series.time(index) * 1e6, decimals[1], shown(*value));
+    }
+    text.into_bytes()
 }
