@@ -12,7 +12,7 @@ use std::error::Error;
 
 use granchain::{
     scene,
-    study::{EnsemblePlan, ensemble, observation::watched},
+    study::{Bodies, EnsemblePlan, ensemble, observation::watched},
 };
 
 const LAWS: [(&str, &str); 2] = [("linear", "0.3 N s/m"), ("kuwabara-kono", "3660 N s m^-3/2")];
@@ -31,7 +31,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         for alpha in LEVELS {
             let overrides =
                 [format!("alpha={alpha}"), format!("damping.kind={law}"), format!("damping.coefficient={coefficient}")];
-            let outcome = ensemble::run(&scene::load("annulus", &overrides)?, &EnsemblePlan::new(REPLICATES, 1))?;
+            let outcome = ensemble::run_on(
+                &Bodies::new(None),
+                &scene::load("annulus", &overrides)?,
+                &EnsemblePlan::new(REPLICATES, 1),
+            )?;
             print!("  {alpha:>5}");
             let mut strongest = ("none", NAMED);
             for ratio in RATIOS {

@@ -131,7 +131,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     Estimate::of(&scene).check(&scene.model.limits)?;
     let plan = arguments.ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
     if let Some(plan) = &plan {
-        plan.estimate(&scene, ensemble::STEPS_PER_PERIOD).check(&scene.model.limits)?;
+        plan.estimate(&scene).check(&scene.model.limits)?;
     }
     session.assumed(&experiment.assumptions);
     session.warn(experiment.warnings());

@@ -252,7 +252,7 @@ pub fn refuse_excess(
     let each = grid.len() as f64 / points.len() as f64;
     for point in points {
         let Ok(scene) = bench.scene_with(&grid.overrides(point)) else { continue };
-        let one = ensemble.map_or(Estimate::of(&scene), |plan| plan.estimate(&scene, STEPS_PER_PERIOD));
+        let one = ensemble.map_or(Estimate::of(&scene), |plan| plan.estimate(&scene));
         all = Estimate { work: all.work + each * one.work, memory: all.memory.max(one.memory) };
         all.check(&base.model.limits)?;
     }

@@ -212,7 +212,7 @@ fn forward(scene: &Scene, names: &[&str], recording: &Recording, uncertainty: Un
     let of = |name: &&str| Parameter::named(name, scene).unwrap();
     let narrow = |it: Parameter| if it.name == "alpha" { it.between(0.2, 2.0) } else { it };
     let parameters = names.iter().flat_map(of).map(narrow).collect();
-    Forward::new(scene, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()
+    Forward::new(scene, None, parameters, observation, uncertainty, 1, Arc::new(|_| true)).unwrap()
 }
 
 const EXACT: Uncertainty = Uncertainty {

@@ -54,7 +54,7 @@ fn record(scene: &Scene) -> (Recording, Vec<f64>) {
 
 fn forward(scene: &Scene, recording: &Recording, watch: Arc<Watch>) -> Forward {
     let observation = Observation::new(recording, &scene.drive, FeatureSet::Full).unwrap();
-    Forward::new(scene, parameters(), observation, Uncertainty::default(), SEED, watch).unwrap()
+    Forward::new(scene, None, parameters(), observation, Uncertainty::default(), SEED, watch).unwrap()
 }
 
 fn searched(forward: &Forward) -> Fit {

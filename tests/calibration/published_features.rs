@@ -73,7 +73,7 @@ fn fitted(synthetic: &Synthetic, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let printed = PublishedComparison::new(&published, truth.drive.frequency, window).unwrap();
     let parameters = vec![Parameter::alpha(), Parameter::damping(truth.damping.kind).unwrap()];
     let watch = Arc::new(|_| true);
-    let forward = Forward::new(&truth, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
+    let forward = Forward::new(&truth, None, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
     let found = fit(&forward, Search::new(&forward, 600, seed), None).unwrap();
     let ends = found.estimates.iter().zip([alpha, damping]);
     (ends.map(|(e, truth)| ((e.low / truth).ln(), (e.high / truth).ln())).collect(), found.verdict)

@@ -4,7 +4,8 @@ use granchain::{
     model,
     scene::{self, Scene},
     study::{
-        EnsemblePlan, Observation, ensemble,
+        Bodies, EnsembleOutcome, EnsemblePlan, Observation,
+        ensemble::{EnsembleError, run_on},
         observation::{settings, watched},
     },
 };
@@ -25,6 +26,10 @@ fn accurate(scene: &Scene) -> Observation {
     Observation::measure(&response.pole_velocity, &settings(scene).unwrap()).unwrap()
 }
 
+fn of_runs(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
+    run_on(&Bodies::new(None), scene, plan)
+}
+
 fn index(key: &str) -> usize {
     watched().iter().position(|watched| watched.key == key).unwrap()
 }
@@ -33,7 +38,7 @@ fn index(key: &str) -> usize {
 fn without_perturbations_the_mean_is_the_accurate_run_and_the_sensitivity_its_slope() {
     let scene = regular();
     let plan = EnsemblePlan { gap_jitter_m: 0.0, drive_jitter: 0.0, ..EnsemblePlan::new(2, 1) };
-    let outcome = ensemble::run(&scene, &plan).unwrap();
+    let outcome = of_runs(&scene, &plan).unwrap();
     assert!(outcome.failures.is_empty());
     let own = accurate(&scene);
     let at = |factor: f64| accurate(&Scene { amplitude_scale: factor * scene.amplitude_scale, ..scene.clone() });
@@ -52,7 +57,7 @@ fn without_perturbations_the_mean_is_the_accurate_run_and_the_sensitivity_its_sl
 
 #[test]
 fn perturbations_move_a_regular_regime_by_no_more_than_a_gap_can() {
-    let outcome = ensemble::run(&regular(), &EnsemblePlan::new(6, 1)).unwrap();
+    let outcome = of_runs(&regular(), &EnsemblePlan::new(6, 1)).unwrap();
     let spread = outcome.spreads[index("positive_peak")].unwrap();
     // 0.3 nm a gap on a drive of 1.5 µm is 2e-4 of it, the drive's own jitter 1e-4; the peak answers to the drive 2.5-fold.
     assert!(spread.scatter > 1e-5 * spread.mean && spread.scatter < 5e-3 * spread.mean, "{spread:?}");
@@ -61,8 +66,8 @@ fn perturbations_move_a_regular_regime_by_no_more_than_a_gap_can() {
 
 #[test]
 fn a_chaotic_regime_scatters_more_than_a_regular_one() {
-    let chaotic = ensemble::run(&scene(&["alpha=1"]), &EnsemblePlan::new(8, 1)).unwrap();
-    let regular = ensemble::run(&regular(), &EnsemblePlan::new(8, 1)).unwrap();
+    let chaotic = of_runs(&scene(&["alpha=1"]), &EnsemblePlan::new(8, 1)).unwrap();
+    let regular = of_runs(&regular(), &EnsemblePlan::new(8, 1)).unwrap();
     let relative = |outcome: &granchain::study::EnsembleOutcome| {
         let spread = outcome.spreads[index("line_1/3")].unwrap();
         spread.scatter / spread.mean
@@ -75,13 +80,13 @@ fn a_chaotic_regime_scatters_more_than_a_regular_one() {
 #[test]
 fn the_seed_decides_the_ensemble() {
     let scene = scene(&["duration=300us", "drive.cycles=15"]);
-    let run = |seed: u64| ensemble::run(&scene, &EnsemblePlan::new(4, seed)).unwrap().spreads;
+    let run = |seed: u64| of_runs(&scene, &EnsemblePlan::new(4, seed)).unwrap().spreads;
     assert_eq!(run(1), run(1));
     assert_ne!(run(1), run(2));
 }
 
 #[test]
 fn one_run_is_no_ensemble() {
-    let refused = ensemble::run(&regular(), &EnsemblePlan::new(1, 1));
-    assert!(matches!(refused, Err(ensemble::EnsembleError::TooFew { found: 1 })));
+    let refused = of_runs(&regular(), &EnsemblePlan::new(1, 1));
+    assert!(matches!(refused, Err(EnsembleError::TooFew { found: 1 })));
 }

@@ -475,8 +475,7 @@ impl Case<'_> {
         };
         let (watch, comparison) = (Arc::clone(&self.watch), comparison.clone());
         let forward =
-            Forward::with_laws(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch)
-                .ok()?;
+            Forward::new(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch).ok()?;
         let Standing { p, values, elite } = standing(&forward, Search::new(&forward, runs, self.seed)).ok()?;
         if !self.sees_waveform() || !self.worth(p) {
             return Some((p, values));

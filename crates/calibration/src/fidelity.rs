@@ -352,7 +352,7 @@ mod tests {
         let run = |scene: &Scene| model::run(scene, &mut |_| true);
         let made = synthetic(&scene, &parameters, &uncertainty, Flaw::None, 1, 5, &run).unwrap();
         let observation = Observation::new(&made.recording, &scene.drive, FeatureSet::Full).unwrap();
-        let chain = Forward::new(&scene, parameters, observation, uncertainty, 5, Arc::new(|_| true)).unwrap();
+        let chain = Forward::new(&scene, None, parameters, observation, uncertainty, 5, Arc::new(|_| true)).unwrap();
         let level = FidelityLevel::new(&chain, Bodies::new(&scene, None).unwrap().prepared, &scene);
         let support = |chain: &Forward, number: u64| -> Support {
             chain.variation(&[0.5], &mut chain.generator(number)).written_over(&level.scene, |gap| gap).support

@@ -108,7 +108,6 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
     let columns = names.columns();
     writer.write_record(&columns)?;
     for candidate in candidates {
-        let mut number = 0;
         let mut line = |stage: &str, batch: usize, number: usize, model: &str, run: &Run| {
             let mut cells = vec![candidate.candidate.clone(), stage.into(), (batch + 1).to_string()];
             cells.extend([number.to_string(), model.to_owned()]);
@@ -125,23 +124,15 @@ pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, Fi
             }
             writer.write_record(&cells)
         };
-        for (narrower, batches) in candidate.narrow.iter().enumerate() {
-            let stage = format!("narrow-{}", narrower + 1);
+        let narrow = candidate.narrow.iter().zip(1..).map(|(batches, number)| (format!("narrow-{number}"), batches));
+        let own = [("search".to_owned(), &candidate.search), (WIDE.to_owned(), &candidate.wide)];
+        for (stage, batches) in narrow.chain(own) {
             let runs = batches.iter().enumerate().flat_map(|(batch, runs)| runs.iter().map(move |run| (batch, run)));
-            for (number, (batch, run)) in runs.enumerate() {
-                line(&stage, batch, number + 1, names.model(0), run)?;
+            for ((batch, run), number) in runs.zip(1..) {
+                line(&stage, batch, number, names.model(0), run)?;
             }
         }
-        for (batch, runs) in candidate.search.iter().enumerate() {
-            for run in runs {
-                number += 1;
-                line("search", batch, number, names.model(0), run)?;
-            }
-        }
-        let wide = candidate.wide.iter().enumerate().flat_map(|(batch, runs)| runs.iter().map(move |run| (batch, run)));
-        for (number, (batch, run)) in wide.enumerate() {
-            line(WIDE, batch, number + 1, names.model(0), run)?;
-        }
+        let mut number = candidate.before(0);
         for (fidelity, rounds) in candidate.corrections.iter().enumerate() {
             let stage = correction(fidelity);
             for (round, pair) in

@@ -288,9 +288,9 @@ pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Resul
     let joint = problem.into();
     let search = searched(joint.clone(), search, None)?;
     let training = search.training(search.runs.len());
-    let judged = Posterior::of(&training, joint.parameters().len()).and_then(|posterior| {
+    let judged = Posterior::of(&training, joint.first().parameters.len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());
-        let values = joint.parameters().iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
+        let values = joint.first().parameters.iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
         let p = Agreement::of(&training, &at, search.seed())?.p;
         Some(Standing { p, values, elite: elite(at, &training) })
     });
@@ -310,8 +310,13 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let history = history(search.batches.iter().take(search.batches_made()), |count| search.training(count));
     let before = search.training(made - last_batch.min(made));
     let all = search.training(made);
-    let reading =
-        Reading { parameters: joint.parameters(), training: &all, before: &before, best: BEST, seed: search.seed() };
+    let reading = Reading {
+        parameters: &joint.first().parameters,
+        training: &all,
+        before: &before,
+        best: BEST,
+        seed: search.seed(),
+    };
     let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));

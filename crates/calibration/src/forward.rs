@@ -113,20 +113,9 @@ pub struct Forward {
 
 impl Forward {
     /// Prepares `scene` for runs long enough for the comparison with a record (an
-    /// [`Observation`](super::observation::Observation)) or another [`Comparison`].
+    /// [`Observation`](super::observation::Observation)) or another [`Comparison`], with contact laws fitted to finite bodies beforehand; `None` keeps
+    /// the scene's own.
     pub fn new(
-        scene: &Scene,
-        parameters: Vec<Parameter>,
-        comparison: impl Into<Comparison>,
-        uncertainty: Uncertainty,
-        seed: u64,
-        watch: Arc<Watch>,
-    ) -> Result<Self, ModelError> {
-        Self::with_laws(scene, None, parameters, comparison, uncertainty, seed, watch)
-    }
-
-    /// As [`Forward::new`], with contact laws fitted to finite bodies beforehand; `None` keeps the scene's own.
-    pub fn with_laws(
         scene: &Scene,
         laws: Option<&FiniteBodyLaws>,
         parameters: Vec<Parameter>,

@@ -26,6 +26,7 @@ use super::{
     search::Search,
     waveform::{self, Compared, QUANTILE, WaveformBound},
 };
+use granchain_model::scene::Scene;
 
 /// Saved state of one candidate.
 #[derive(Default)]
@@ -111,7 +112,7 @@ pub(super) fn fit_levels(
     let (mut beyond, mut kept) = (false, None);
     let (joint, fit, search) = loop {
         let joint = joint(problem, &candidate, bodies, watch)?;
-        let fresh = || Search::new(&joint, budget, seed);
+        let fresh = || Search::new(joint.clone(), budget, seed);
         let wider = runs.narrow.len() + usize::from(kept.is_some());
         let checkpoint = checkpoint.as_ref().map(|checkpoint| checkpoint.numbered(wider));
         let found = match (&checkpoint, wider) {
@@ -262,7 +263,7 @@ impl Problem {
     ) -> Option<WaveformBound> {
         let watch: Arc<Watch> = Arc::new(|_| true);
         let joint = joint(self, candidate, bodies, &watch).ok()?;
-        let each = self.recorded_runs.iter().zip(joint.records());
+        let each = self.recorded_runs.iter().zip(&joint.records);
         let compared =
             each.map(|(recorded_run, forward)| compared(recorded_run, forward)).collect::<Option<Vec<_>>>()?;
         let at: Vec<f64> = candidate.parameters.iter().zip(values).map(|(it, value)| it.coordinate(*value)).collect();
@@ -278,11 +279,8 @@ fn compared<'a>(recorded_run: &'a RecordedRun, forward: &'a Forward) -> Option<C
 
 /// A fit on the chain combined with the waveforms of its records, if all have one.
 fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit) -> Fit {
-    let compared = problem
-        .recorded_runs
-        .iter()
-        .zip(joint.records())
-        .map(|(recorded_run, forward)| compared(recorded_run, forward));
+    let compared =
+        problem.recorded_runs.iter().zip(&joint.records).map(|(recorded_run, forward)| compared(recorded_run, forward));
     let training = search.training(search.runs.len());
     let known = fit.elite(&training);
     match compared.collect::<Option<Vec<_>>>().and_then(|records| waveform::fit(records, &known, problem.seed)) {
@@ -342,19 +340,13 @@ pub(super) fn joint(
     watch: &Arc<Watch>,
 ) -> Result<MultiRecord, Refusal> {
     let laws = bodies.and_then(|bodies| bodies.laws.as_ref());
-    let mut joint: Option<MultiRecord> = None;
-    for (recorded_run, scene) in problem.recorded_runs.iter().zip(&candidate.scenes) {
+    let forward = |(recorded_run, scene): (&RecordedRun, &Scene)| {
         let (parameters, comparison) = (candidate.parameters.clone(), recorded_run.comparison.clone());
-        let watch = Arc::clone(watch);
-        let scene = chain_below(scene);
-        let forward =
-            Forward::with_laws(&scene, laws, parameters, comparison, recorded_run.uncertainty, problem.seed, watch)?;
-        joint = Some(match joint {
-            None => forward.into(),
-            Some(joint) => joint.and(forward),
-        });
-    }
-    joint.ok_or_else(|| super::refusal::Contradiction::NoRecord.into())
+        let (scene, watch) = (chain_below(scene), Arc::clone(watch));
+        Forward::new(&scene, laws, parameters, comparison, recorded_run.uncertainty, problem.seed, watch)
+    };
+    let records = problem.recorded_runs.iter().zip(&candidate.scenes).map(forward);
+    Ok(MultiRecord::of(records.collect::<Result<_, _>>()?))
 }
 
 fn parted<T: Clone>(runs: &[T], sizes: &[usize]) -> Vec<Vec<T>> {

@@ -74,66 +74,40 @@ pub(crate) fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointEr
 /// Records that are fitted together, at least one, with the same parameters.
 #[derive(Clone)]
 pub struct MultiRecord {
-    first: Forward,
-    others: Vec<Forward>,
-}
-
-impl From<Forward> for MultiRecord {
-    fn from(first: Forward) -> Self {
-        Self { first, others: vec![] }
-    }
+    pub(super) records: Vec<Forward>,
 }
 
 impl From<&Forward> for MultiRecord {
-    fn from(first: &Forward) -> Self {
-        first.clone().into()
-    }
-}
-
-impl From<&MultiRecord> for MultiRecord {
-    fn from(joint: &MultiRecord) -> Self {
-        joint.clone()
+    fn from(record: &Forward) -> Self {
+        Self { records: vec![record.clone()] }
     }
 }
 
 impl MultiRecord {
-    /// The same with a further record, whose runs have their own seed. The first record defines the parameters.
-    #[must_use]
-    pub fn and(mut self, record: Forward) -> Self {
-        let number = self.others.len() as u64 + 1;
-        let mut record = record.reseeded(number.wrapping_mul(SEED_STRIDE));
-        record.parameters.clone_from(&self.first.parameters);
-        self.others.push(record);
-        self
+    /// Of records with the same parameters; the runs of each have their own seed.
+    pub(super) fn of(records: Vec<Forward>) -> Self {
+        let seeded = |(number, record): (u64, Forward)| record.reseeded(number.wrapping_mul(SEED_STRIDE));
+        Self { records: (0..).zip(records).map(seeded).collect() }
     }
 
-    pub fn parameters(&self) -> &[Parameter] {
-        &self.first.parameters
-    }
-
-    pub fn first(&self) -> &Forward {
-        &self.first
-    }
-
-    pub fn records(&self) -> Vec<&Forward> {
-        std::iter::once(&self.first).chain(&self.others).collect()
+    pub(super) fn first(&self) -> &Forward {
+        &self.records[0]
     }
 
     /// The same with a finer step for every record; `None` if impossible.
-    pub fn refined(&self) -> Option<Self> {
-        let others = self.others.iter().map(Forward::refined).collect::<Option<_>>()?;
-        Some(Self { first: self.first.refined()?, others })
+    pub(super) fn refined(&self) -> Option<Self> {
+        Some(Self { records: self.records.iter().map(Forward::refined).collect::<Option<_>>()? })
     }
 
     /// Runs the points for every record, numbered from `first`: the fingerprints of all records, concatenated. A point
     /// fails if one of its runs fails.
     pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
-        let mut runs = self.first.run(first, positions);
-        for (number, record) in self.others.iter().enumerate() {
+        let mut runs = self.first().run(first, positions);
+        for (number, record) in self.records.iter().enumerate().skip(1) {
             for (run, more) in runs.iter_mut().zip(record.run(first, positions)) {
                 match (&mut run.outcome, more.outcome) {
                     (Ok(features), Ok(more)) => features.extend(more),
-                    (Ok(_), Err(reason)) => run.outcome = Err(format!("record {}: {reason}", number + 2)),
+                    (Ok(_), Err(reason)) => run.outcome = Err(format!("record {}: {reason}", number + 1)),
                     (Err(_), _) => {}
                 }
             }

@@ -72,11 +72,11 @@ impl Search {
     pub fn new(problem: impl Into<MultiRecord>, budget: usize, seed: u64) -> Self {
         let joint = problem.into();
         let of_all = |values: fn(&Comparison) -> &Vec<f64>| {
-            joint.records().iter().flat_map(|record| values(&record.comparison)).copied().collect()
+            joint.records.iter().flat_map(|record| values(&record.comparison)).copied().collect()
         };
         let share = |fraction: f64| ((budget as f64 * fraction).round() as usize).max(1);
-        let dimension = joint.parameters().len();
-        let elites = ELITES.len() * rounds(dimension, joint.records().len());
+        let dimension = joint.first().parameters.len();
+        let elites = ELITES.len() * rounds(dimension, joint.records.len());
         let (elite, drawn) = (share(290.0 / 600.0 / elites as f64), share(75.0 / 600.0));
         let first = budget.saturating_sub(elites * elite + 2 * drawn).max(1);
         let mut batches = vec![first];
@@ -91,11 +91,11 @@ impl Search {
             observed: of_all(|comparison| &comparison.features),
             nuggets: of_all(|comparison| &comparison.nuggets),
             weights: of_all(|comparison| &comparison.weights),
-            parts: joint.records().iter().map(|record| record.comparison.features.len()).collect(),
+            parts: joint.records.iter().map(|record| record.comparison.features.len()).collect(),
             power: joint.first().comparison.power,
             sensitivity: (
                 joint.first().comparison.sensitivity,
-                joint.records().iter().flat_map(|record| record.comparison.answers()).collect(),
+                joint.records.iter().flat_map(|record| record.comparison.answers()).collect(),
             ),
         }
     }

@@ -53,12 +53,12 @@ impl EnsemblePlan {
         [1.0, 1.0 + self.drive_change, 1.0 - self.drive_change]
     }
 
-    /// Cost of all its runs of a scene, with a step of T0/`steps_per_period` of the chain.
-    pub fn estimate(&self, scene: &Scene, steps_per_period: u32) -> Estimate {
+    /// Cost of all its runs of a scene.
+    pub fn estimate(&self, scene: &Scene) -> Estimate {
         let (replicates, beads) = (self.replicates as f64, scene.chain.beads.len() as f64);
         let mut one = Estimate::of(scene);
         if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
-            one.work = beads * scene.duration * scene.drive.frequency * f64::from(steps_per_period);
+            one.work = beads * scene.duration * scene.drive.frequency * f64::from(STEPS_PER_PERIOD);
         }
         // A variation with its gaps, and what was watched of its run.
         one.times(3.0 * replicates, 8.0 * (beads + 32.0))
@@ -110,47 +110,27 @@ pub enum EnsembleError {
 ///
 /// # Errors
 /// [`EnsembleError`]; single failed runs are counted in the outcome instead.
-pub fn run(scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
-    run_on(&Bodies::new(None), scene, plan)
-}
-
-/// As [`run`], with bodies that may already be prepared.
 pub fn run_on(bodies: &Bodies, scene: &Scene, plan: &EnsemblePlan) -> Result<EnsembleOutcome, EnsembleError> {
     if plan.replicates < 2 {
         return Err(EnsembleError::TooFew { found: plan.replicates });
     }
-    plan.estimate(scene, STEPS_PER_PERIOD).check(&scene.model.limits)?;
+    plan.estimate(scene).check(&scene.model.limits)?;
     let settings = observation::settings(scene)?;
-    run_traces(bodies, scene, (Measurand::Velocity, STEPS_PER_PERIOD), plan, |velocity| {
+    let perturbed = perturbations(scene, plan);
+    run_perturbed(bodies, scene, Measurand::Velocity, plan, &perturbed, &Unwatched, |_, velocity| {
         Observation::measure(&observation::seen(scene, velocity), &settings)
     })
 }
 
-/// As [`run_on`] for any measurand, with a step of T0/`steps_per_period` of the chain; `watch` receives every trace
-/// (m/s or Pa) and measures it.
+/// As [`run_on`] for any measurand and the variations of `perturbed`, until `watch` requests a stop; `see` receives the number of every run and its trace
+/// (m/s or Pa), and measures it.
 ///
 /// # Errors
-/// [`EnsembleError`]; single failed runs are counted in the outcome instead.
-pub(crate) fn run_traces(
-    bodies: &Bodies,
-    scene: &Scene,
-    (measurand, steps_per_period): (Measurand, u32),
-    plan: &EnsemblePlan,
-    watch: impl Fn(&Series) -> Result<Observation, FeatureError> + Sync,
-) -> Result<EnsembleOutcome, EnsembleError> {
-    let perturbed = perturbations(scene, plan);
-    run_perturbed(bodies, scene, (measurand, steps_per_period), plan, &perturbed, &Unwatched, |_, trace| watch(trace))
-}
-
-/// As [`run_traces`] with the variations of `perturbed` instead of the plan's jitter, until `watch` requests a stop;
-/// `see` receives the number of the run.
-///
-/// # Errors
-/// As [`run_traces`]; [`EnsembleError::Failed`] where it was stopped.
+/// As [`run_on`]; [`EnsembleError::Failed`] where it was stopped.
 pub(crate) fn run_perturbed(
     bodies: &Bodies,
     scene: &Scene,
-    (measurand, steps_per_period): (Measurand, u32),
+    measurand: Measurand,
     plan: &EnsemblePlan,
     perturbed: &[Variation],
     watch: &dyn Watch,
@@ -172,7 +152,7 @@ pub(crate) fn run_perturbed(
         .collect();
     let see = |run: usize, trace: &Series| see(run % replicates, trace);
     let watched: Vec<Result<Observation, String>> =
-        replicates::run(bodies, scene, &variations, steps_per_period, measurand, watch, see)?;
+        replicates::run(bodies, scene, &variations, STEPS_PER_PERIOD, measurand, watch, see)?;
     let failures: Vec<String> = watched.iter().filter_map(|outcome| outcome.as_ref().err().cloned()).collect();
     let observations: Vec<Option<Observation>> = watched.into_iter().map(Result::ok).collect();
     let [at_scene, above, below] = [0, 1, 2]

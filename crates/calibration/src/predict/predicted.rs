@@ -47,17 +47,6 @@ pub fn predict_measured(
     }
 }
 
-/// Adapts the watch of a search to runs.
-struct Asked<'a>(&'a Watch);
-
-impl replicates::Watch for Asked<'_> {
-    fn advance(&self, _runs: u64) {}
-
-    fn stop(&self) -> bool {
-        !(self.0)(0)
-    }
-}
-
 /// The answer compared with every record.
 #[derive(Debug, Clone)]
 pub struct Predictions {
@@ -76,7 +65,7 @@ impl Predictions {
         let fidelities = &fitted.best_made().fidelities;
         let replicates = if fidelities.is_empty() { REPLICATES } else { UPPER_REPLICATES };
         let plan = EnsemblePlan::new(replicates, problem.seed);
-        let forwards = fitted.best_made().joint.records();
+        let forwards = &fitted.best_made().joint.records;
         let drawn = |forward: &Forward| match fidelities.is_empty() {
             true => forward.predicted(&best.fit.posterior, replicates),
             false => forward.clone().in_blocks().predicted(&best.fit.posterior, replicates),
@@ -85,14 +74,14 @@ impl Predictions {
         let bodies = ready.fold(Bodies::new(cache), Bodies::holding);
         let recorded_runs = problem.recorded_runs.par_iter().enumerate();
         let predict = |(number, recorded_run): (usize, &RecordedRun)| {
-            let (variations, passbands) = drawn(forwards[number]).into_iter().unzip();
+            let (variations, passbands) = drawn(&forwards[number]).into_iter().unzip();
             let scene = &best.candidate.scenes[number];
             // How runs scatter, the reduced model tells as well as finite elements do.
             let scene = reduced_below(scene).unwrap_or_else(|| scene.clone());
             let predicted = Predicted { scene, variations, passbands };
             let passband = forwards[number].passband(&best.fit.position(), || MIDDLE);
             let how = (&plan, Some(&predicted));
-            predict_measured(&recorded_run.measured, &best.scene(number), &bodies, how, passband, &Asked(&*watch))
+            predict_measured(&recorded_run.measured, &best.scene(number), &bodies, how, passband, &|| !watch(0))
                 .map_err(|error| {
                     let place = if number == 0 {
                         String::new()

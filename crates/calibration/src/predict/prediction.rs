@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use super::{
     bodies::Bodies,
-    ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, STEPS_PER_PERIOD, Spread},
+    ensemble::{self, EnsembleError, EnsembleOutcome, EnsemblePlan, Spread},
     observation::{self, Observation as Watched, watched_of},
     replicates::{Watch, perturbations},
 };
@@ -191,8 +191,7 @@ pub fn predict(
     let similarity = similarity(record, &simulated, window, scene.drive.frequency)?;
 
     let (varied, perturbed) = perturbed(scene, plan, predicted);
-    let seen_as = (measurand, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |replicate, trace| {
+    let ensemble = ensemble::run_perturbed(bodies, varied, measurand, plan, &perturbed, watch, |replicate, trace| {
         let passband = predicted.map_or(passband.as_ref(), |predicted| predicted.passbands[replicate].as_ref());
         Watched::of_trace(measurand, &laboratory.settled(&laboratory.sees(trace, passband)), &laboratory.settings)
     })?;
@@ -230,10 +229,10 @@ pub(crate) fn predict_printed(
     let simulated = low_pass(response.observed_velocity(), printed.cutoff());
     let simulated_features = measure(&simulated, &settings)?;
     let (varied, perturbed) = perturbed(scene, plan, predicted);
-    let seen_as = (Measurand::Velocity, STEPS_PER_PERIOD);
-    let ensemble = ensemble::run_perturbed(bodies, varied, seen_as, plan, &perturbed, watch, |_, velocity| {
-        Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
-    })?;
+    let ensemble =
+        ensemble::run_perturbed(bodies, varied, Measurand::Velocity, plan, &perturbed, watch, |_, velocity| {
+            Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
+        })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();
     Ok(PredictiveRun {
         response,

@@ -27,16 +27,21 @@ const LANES: usize = 8;
 /// Progress of a study, reported to its caller.
 pub trait Watch: Sync {
     /// `done` more units are finished: runs, cases, or units of cost.
-    fn advance(&self, done: u64);
+    fn advance(&self, _done: u64) {}
     fn stop(&self) -> bool;
+}
+
+/// Stops once the function says so, and counts nothing.
+impl<F: Fn() -> bool + Sync> Watch for F {
+    fn stop(&self) -> bool {
+        self()
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unwatched;
 
 impl Watch for Unwatched {
-    fn advance(&self, _runs: u64) {}
-
     fn stop(&self) -> bool {
         false
     }
@@ -164,17 +169,10 @@ mod tests {
 
     #[test]
     fn a_stopped_watch_leaves_no_run() {
-        struct Stopped;
-        impl Watch for Stopped {
-            fn advance(&self, _: u64) {}
-            fn stop(&self) -> bool {
-                true
-            }
-        }
         let scene = short(&[]);
         let variations = perturbations(&scene, &EnsemblePlan::new(9, 1));
         let outcome =
-            run(&Bodies::new(None), &scene, &variations, 160, Measurand::Velocity, &Stopped, |_, _| Ok(())).unwrap();
+            run(&Bodies::new(None), &scene, &variations, 160, Measurand::Velocity, &|| true, |_, _| Ok(())).unwrap();
         assert_eq!(outcome.len(), 9);
         assert!(outcome.iter().all(Result::is_err));
     }

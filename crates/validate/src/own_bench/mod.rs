@@ -260,7 +260,7 @@ impl OwnBench {
             unknown.baseline = 0.0;
         }
         let (chain, watch) = (chain_below(&scene), Arc::new(|_| true));
-        let forward = Forward::new(&chain, parameters.clone(), self.comparison.clone(), unknown, 0, watch)?;
+        let forward = Forward::new(&chain, None, parameters.clone(), self.comparison.clone(), unknown, 0, watch)?;
         let mut variation = forward.variation(&at, random);
         variation.shaken.clear();
         variation.modulus_factor = stiffness.unwrap_or(variation.modulus_factor);

@@ -106,7 +106,8 @@ impl<'a> Room<'a> {
         steps_per_period: u32,
         see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
     ) -> Result<Vec<Result<T, String>>, String> {
-        let watch = Stopper(self.watch);
+        // Passes on when to stop, not how many runs are done.
+        let watch = || self.watch.stop();
         replicates::run(self.bodies, scene, variations, steps_per_period, Measurand::Velocity, &watch, see)
             .map_err(|error| error.to_string())
     }
@@ -189,17 +190,6 @@ impl<'a> Room<'a> {
             let deepest = contacts.penetration_m;
             self.check(format!("{which}: deepest penetration of a point"), deepest, Limit::AtMost(PENETRATION), "m");
         }
-    }
-}
-
-/// Passes on when to stop, not how many runs are done.
-struct Stopper<'a>(&'a dyn Watch);
-
-impl Watch for Stopper<'_> {
-    fn advance(&self, _runs: u64) {}
-
-    fn stop(&self) -> bool {
-        self.0.stop()
     }
 }
 
