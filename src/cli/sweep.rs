@@ -32,7 +32,6 @@ use crate::{
     scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
-        ensemble::STEPS_PER_PERIOD,
         published::{Published, published},
         sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },

@@ -7,7 +7,6 @@ use thiserror::Error;
 
 use super::{
     observation::{Observation, Passband},
-    posterior::POWER,
     printed::{self, Meaning, PublishedComparison},
 };
 use granchain_model::scene::Drive;
@@ -33,10 +32,6 @@ const AFTER_ONSET: f64 = 3.0;
 
 /// Drive periods simulated beyond the end of an analysis window, as a margin for the filter.
 const AFTER_WINDOW: f64 = 2.0;
-
-/// Tempering exponent β for a pressure: 27 features of 40 neighbours make intervals narrower than 22 features do. With
-/// the exponent of a velocity the first synthetic records missed α; for the counts see `docs/validation.md`.
-const PRESSURE_POWER: f64 = 0.35;
 
 /// Conversion of a conditioned trace to features z.
 #[derive(Debug, Clone)]
@@ -97,29 +92,7 @@ pub enum WeightError {
 
 impl From<Observation> for Comparison {
     fn from(observation: Observation) -> Self {
-        let measurand = observation.fingerprint.measurand();
-        Self {
-            cutoff: observation.cutoff,
-            bandwidth: observation.bandwidth,
-            passband: observation.passband.clone(),
-            clipped: observation.clipped,
-            masked: observation.masked,
-            sampling: observation.sampling,
-            noise_density: observation.noise_density,
-            flicker: observation.flicker,
-            rounding: observation.rounding,
-            noise_freedom: observation.noise_freedom,
-            averages: observation.averages,
-            weights: vec![1.0; observation.features.len()],
-            reduction: Reduction::Fingerprint(observation.fingerprint),
-            features: observation.features,
-            nuggets: observation.nuggets,
-            power: match measurand {
-                Measurand::Velocity => POWER,
-                Measurand::Pressure => PRESSURE_POWER,
-            },
-            sensitivity: 0.0,
-        }
+        observation.comparison
     }
 }
 

@@ -154,7 +154,7 @@ pub fn predict(
     let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
     let measurand = recording.measurand;
     let made = &trace(response.clone(), measurand)?;
-    let filtered = low_pass(made, observation.cutoff);
+    let filtered = low_pass(made, observation.comparison.cutoff);
     let mut offset = alignment(&observation.trace, observation)? - alignment(&filtered, observation)?;
     let driven = observation::settings(scene)?;
     let window = driven.window.unwrap_or_else(|| Window::whole(made));
@@ -177,7 +177,7 @@ pub fn predict(
     let window = seen_at(offset)?;
     let settings = FeatureSettings {
         window: Some(window),
-        band: Some(observation.cutoff),
+        band: Some(observation.comparison.cutoff),
         unit: measurand.unit().into(),
         ..driven
     };
