@@ -6,7 +6,7 @@ use granchain::{
     measurement::{ReadOptions, RecordKind, read_record_bytes},
     model,
     scene::{self, Scene},
-    signal::{Series, resample},
+    signal::{Conditioning, Series},
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -67,7 +67,8 @@ fn error(scene: &Scene, text: &str, trigger: f64) -> f64 {
     let driven = driven.with_continued_record(drive.displacement, drive.recorded_until, vec![], F0, None);
     let found = model::run(&driven, &mut |_| true).unwrap().pole_velocity;
     let count = (40e-6 / truth.step).round() as usize + 1;
-    let found = resample(&found, shift, truth.step, count);
+    let onto = Conditioning { bandwidth: None, delay: 0.0, invert: false, start: shift, step: truth.step, count };
+    let found = onto.apply(&found);
     let window = Series::new(0.0, truth.step, truth.values[..count].to_vec());
     let worst = window.values.iter().zip(&found.values).fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()));
     worst / window.peak()

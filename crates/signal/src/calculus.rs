@@ -1,14 +1,6 @@
-//! Derivative and running integral of a series, both of sixth order in the step.
+//! Running integral of a series, of sixth order in the step.
 
 use super::Series;
-
-/// Weights ×60 of the sixth-order first derivative on seven points, for the value at point 0, 1, 2 and 3 of them.
-const DERIVATIVE: [[f64; 7]; 4] = [
-    [-147.0, 360.0, -450.0, 400.0, -225.0, 72.0, -10.0],
-    [-10.0, -77.0, 150.0, -100.0, 50.0, -15.0, 2.0],
-    [2.0, -24.0, -35.0, 80.0, -30.0, 8.0, -1.0],
-    [-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0],
-];
 
 /// Weights ×1440 of the integral over one step of the quintic through six points, for the first, second and third step.
 const INTEGRAL: [[f64; 6]; 3] = [
@@ -16,36 +8,6 @@ const INTEGRAL: [[f64; 6]; 3] = [
     [-27.0, 637.0, 1022.0, -258.0, 77.0, -11.0],
     [11.0, -93.0, 802.0, 802.0, -93.0, 11.0],
 ];
-
-/// dx/dt at the same instants, unit of x a second.
-///
-/// Central differences of sixth order, error step⁶ x⁽⁷⁾/140; the three samples at either end use the one-sided formulas of
-/// the same order. Fewer than seven samples: differences of neighbours. One sample or none: zero.
-/// Noise of rms σ comes out with rms 1.2 σ/step: low-pass first.
-pub fn derivative(series: &Series) -> Series {
-    let (x, n) = (&series.values, series.len());
-    let sum = |from: usize, weights: &[f64; 7]| -> f64 {
-        weights.iter().zip(&x[from..from + 7]).map(|(w, x)| w * x).sum::<f64>() / (60.0 * series.step)
-    };
-    let values = (0..n)
-        .map(|i| match n {
-            0 | 1 => 0.0,
-            2..7 => {
-                let (before, after) = (i.saturating_sub(1), (i + 1).min(n - 1));
-                (x[after] - x[before]) / ((after - before) as f64 * series.step)
-            }
-            _ if i < 3 => sum(0, &DERIVATIVE[i]),
-            _ if i + 3 >= n => {
-                // The mirrored formula: reversed and with opposite sign.
-                let mut weights = DERIVATIVE[n - 1 - i].map(|w| -w);
-                weights.reverse();
-                sum(n - 7, &weights)
-            }
-            _ => sum(i - 3, &DERIVATIVE[3]),
-        })
-        .collect();
-    Series::new(series.start, series.step, values)
-}
 
 /// ∫x dt from the first sample on, at the same instants, zero at the first; unit of x times second.
 ///
@@ -92,51 +54,24 @@ mod tests {
     }
 
     #[test]
-    fn derivative_of_a_sextic_is_exact_up_to_the_ends() {
-        let x = sampled(20, |t| t.powi(6) - 2.0 * t.powi(3) + t);
-        let expected = sampled(20, |t| 6.0 * t.powi(5) - 6.0 * t.powi(2) + 1.0);
-        assert!(worst(&derivative(&x), &expected) < 1e-9); // values of 2e3, step 0.16, rounding
-    }
-
-    #[test]
     fn integral_of_a_quintic_is_exact_up_to_the_ends() {
         let x = sampled(20, |t| t.powi(5) - t);
         let expected = sampled(20, |t| t.powi(6) / 6.0 - t * t / 2.0 - (0.5f64.powi(6) / 6.0 - 0.125));
         assert!(worst(&integral(&x), &expected) < 1e-11);
     }
 
-    /// Slope of log error over log step between two resolutions.
-    fn order(coarse: f64, fine: f64) -> f64 {
-        (coarse / fine).log2()
-    }
-
-    #[test]
-    fn derivative_converges_with_the_sixth_power_of_the_step() {
-        let error = |n| worst(&derivative(&sampled(n, |t| (3.0 * t).cos())), &sampled(n, |t| -3.0 * (3.0 * t).sin()));
-        let order = order(error(201), error(401));
-        assert!((order - 6.0).abs() < 0.1, "{order}");
-    }
-
     #[test]
     fn integral_converges_with_at_least_the_sixth_power_of_the_step() {
         let expected = |t: f64| (1.5f64.cos() - (3.0 * t).cos()) / 3.0;
         let error = |n| worst(&integral(&sampled(n, |t| (3.0 * t).sin())), &sampled(n, expected));
-        let order = order(error(101), error(201));
+        let order = (error(101) / error(201)).log2();
         assert!((order - 6.0).abs() < 0.15, "{order}");
-    }
-
-    #[test]
-    fn derivative_of_the_integral_is_the_series_again() {
-        let x = sampled(300, |t| (5.0 * t).cos());
-        assert!(worst(&derivative(&integral(&x)), &x) < 1e-6); // (5·0.01)⁶/140·5 and one-sided ends
     }
 
     #[test]
     fn few_samples_are_no_trouble() {
         for n in 0..8 {
             let line = Series::new(0.0, 0.5, (0..n).map(f64::from).collect());
-            let expected = if n > 1 { 2.0 } else { 0.0 };
-            assert!(derivative(&line).values.iter().all(|d| (d - expected).abs() < 1e-12), "{n}");
             let end = f64::from(n - 1) * 0.5;
             assert!(n == 0 || (integral(&line).values[n as usize - 1] - end * end).abs() < 1e-12, "{n}");
         }

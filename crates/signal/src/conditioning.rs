@@ -25,48 +25,19 @@ impl Conditioning {
         Self { bandwidth: None, delay: 0.0, invert: false, start: record.start, step: record.step, count: record.len() }
     }
 
-    /// Plan for traces of `len` samples at `start` + i `step` (s).
-    pub(crate) fn plan(&self, start: f64, step: f64, len: usize) -> Conditioner {
-        // A low-pass whose stop band begins below half the output rate has left nothing to alias.
-        let clean = self.bandwidth.is_some_and(|bandwidth| 1.15 * bandwidth * self.step.max(step) <= 0.5);
-        let resampler = if clean { Resampler::interpolating } else { Resampler::new };
-        Conditioner {
-            low_pass: self.bandwidth.map(|bandwidth| LowPass::new(step, len, bandwidth)),
-            resampler: resampler(start, step, len, self.start - self.delay, self.step, self.count),
-            conditioning: *self,
-        }
-    }
-
     /// `trace` as the instrument would record it. Outside the trace its end values are held.
     pub fn apply(&self, trace: &Series) -> Series {
-        self.plan(trace.start, trace.step, trace.len()).apply(&trace.values)
-    }
-}
-
-/// A planned [`Conditioning`] for many traces on one grid; shared between threads.
-#[derive(Debug, Clone)]
-pub(crate) struct Conditioner {
-    low_pass: Option<LowPass>,
-    resampler: Resampler,
-    conditioning: Conditioning,
-}
-
-impl Conditioner {
-    /// The conditioned trace.
-    ///
-    /// # Panics
-    /// If `values` has another length than planned.
-    pub(crate) fn apply(&self, values: &[f64]) -> Series {
-        let mut values = match &self.low_pass {
-            Some(low_pass) => self.resampler.apply(&low_pass.apply(values)),
-            None => self.resampler.apply(values),
-        };
-        if self.conditioning.invert {
-            for value in &mut values {
-                *value = -*value;
-            }
+        let Self { bandwidth, delay, invert, start, step, count } = *self;
+        // A low-pass whose stop band begins below half the output rate has left nothing to alias.
+        let clean = bandwidth.is_some_and(|bandwidth| 1.15 * bandwidth * step.max(trace.step) <= 0.5);
+        let ratio = if clean { 1.0 } else { trace.step / step };
+        let resampler = Resampler::with_ratio(trace.start, trace.step, trace.len(), start - delay, step, count, ratio);
+        let filter = bandwidth.map(|bandwidth| LowPass::new(trace.step, trace.len(), bandwidth));
+        let mut values = resampler.apply(&filter.map_or_else(|| trace.values.clone(), |it| it.apply(&trace.values)));
+        if invert {
+            values.iter_mut().for_each(|value| *value = -*value);
         }
-        Series::new(self.conditioning.start, self.conditioning.step, values)
+        Series::new(start, step, values)
     }
 }
 

@@ -23,7 +23,7 @@ mod unit;
 pub mod vectors;
 mod word;
 
-pub use calculus::{derivative, integral};
+pub use calculus::integral;
 pub use causal::CausalShape;
 pub use conditioning::{Conditioning, about_running_mean, wander};
 pub use digest::{hexadecimal, sha256};
@@ -31,7 +31,7 @@ pub use filter::{LowPass, forward_transform, inverse_transform, low_pass};
 pub use flicker::{FlickerSource, NoiseSpectrum};
 pub use quantity::{Dimension, Quantity, QuantityError};
 pub use repair::{Gap, bridge};
-pub use resample::{Resampler, resample};
+pub use resample::Resampler;
 pub use response::{InstrumentResponse, ResponseError, ResponseTable};
 pub use series::{Series, mean_and_rms};
 pub use unit::Unit;

@@ -63,20 +63,8 @@ impl Kernel {
 }
 
 impl Resampler {
-    /// Plan from `input_len` samples at `input_start` + i `input_step` to `count` instants `start` + k `step` (all s).
-    pub(crate) fn new(
-        input_start: f64,
-        input_step: f64,
-        input_len: usize,
-        start: f64,
-        step: f64,
-        count: usize,
-    ) -> Self {
-        Self::with_ratio(input_start, input_step, input_len, start, step, count, input_step / step)
-    }
-
-    /// As `new`, for an input without content above half the output rate (low-passed to 0.43 of it): pure
-    /// interpolation, without a second filter.
+    /// Plan from `input_len` samples at `input_start` + i `input_step` to `count` instants `start` + k `step` (all s), for an input without content
+    /// above half the output rate (low-passed to 0.43 of it): pure interpolation, without a second filter.
     pub fn interpolating(
         input_start: f64,
         input_step: f64,
@@ -88,7 +76,8 @@ impl Resampler {
         Self::with_ratio(input_start, input_step, input_len, start, step, count, 1.0)
     }
 
-    fn with_ratio(
+    /// The same for any input: of rates as `ratio` = `input_step`/`step` says; interpolation alone where it is 1.
+    pub(crate) fn with_ratio(
         input_start: f64,
         input_step: f64,
         input_len: usize,
@@ -185,11 +174,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + tail
 }
 
-/// `series` at the `count` instants `start` + k `step` (s), band-limited; [`Resampler`] states accuracy and edge handling.
-pub fn resample(series: &Series, start: f64, step: f64, count: usize) -> Series {
-    Resampler::new(series.start, series.step, series.len(), start, step, count).series(&series.values)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -201,6 +185,11 @@ mod tests {
             step,
             (0..count).map(|i| (2.0 * PI * frequency * (start + step * i as f64) + 0.4).sin()).collect(),
         )
+    }
+
+    fn resample(series: &Series, start: f64, step: f64, count: usize) -> Series {
+        let ratio = series.step / step;
+        Resampler::with_ratio(series.start, series.step, series.len(), start, step, count, ratio).series(&series.values)
     }
 
     fn worst(a: &Series, b: &Series) -> f64 {
@@ -244,7 +233,7 @@ mod tests {
     fn kept_table_and_running_weights_agree() {
         let input = tone(0.1, 0.0, 1.0, 3000);
         let step = 0.97 * 2f64.sqrt();
-        let mut plan = Resampler::new(0.0, 1.0, 3000, 3.1, step, 2000);
+        let mut plan = Resampler::with_ratio(0.0, 1.0, 3000, 3.1, step, 2000, 1.0 / step);
         assert!(plan.kernel.table.is_some() && !plan.weights.is_empty());
         let kept = plan.apply(&input.values);
         plan.weights.clear();

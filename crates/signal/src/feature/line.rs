@@ -197,21 +197,7 @@ pub struct AbsentLine {
     pub reason: String,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LineTable {
-    pub lines: Vec<Line>,
-    /// Not measured, by ascending ratio.
-    pub absent: Vec<AbsentLine>,
-}
-
-impl LineTable {
-    /// The line of a ratio, if it could be measured.
-    pub fn line(&self, ratio: Ratio) -> Option<&Line> {
-        self.lines.iter().find(|line| line.ratio == ratio)
-    }
-}
-
-/// Amplitudes of all [`FRACTIONAL_LINES`] of a drive.
+/// Amplitudes of all [`FRACTIONAL_LINES`] of a drive, and those that cannot be measured, both by ascending ratio.
 ///
 /// - `drive_frequency`: f0, Hz
 /// - `spectrum`: of the same window; with it each line is held against the floor around it
@@ -224,28 +210,28 @@ pub fn lines(
     window: Window,
     drive_frequency: f64,
     spectrum: Option<&AmplitudeSpectrum>,
-) -> Result<LineTable, FeatureError> {
+) -> Result<(Vec<Line>, Vec<AbsentLine>), FeatureError> {
     check(series, drive_frequency)?;
     let window = window.on(series)?;
     let limit = usable_limit(series);
     let reference = line_amplitude(series, window, drive_frequency);
-    let mut table = LineTable { lines: Vec::new(), absent: Vec::new() };
+    let (mut lines, mut absent) = (Vec::new(), Vec::new());
     for ratio in FRACTIONAL_LINES {
         let frequency_hz = ratio.value() * drive_frequency;
         let periods = frequency_hz * window.duration();
         if frequency_hz > limit {
             let reason = format!("above 0.8 of the Nyquist frequency ({:.1} kHz)", 1e-3 * limit);
-            table.absent.push(AbsentLine { ratio, frequency_hz, reason });
+            absent.push(AbsentLine { ratio, frequency_hz, reason });
         } else if periods < MINIMUM_LINE_PERIODS {
             let reason = format!(
                 "window holds {:.1} of its periods, {MINIMUM_LINE_PERIODS} needed",
                 (10.0 * periods).floor() / 10.0
             );
-            table.absent.push(AbsentLine { ratio, frequency_hz, reason });
+            absent.push(AbsentLine { ratio, frequency_hz, reason });
         } else {
             let amplitude = if ratio == Ratio::ONE { reference } else { line_amplitude(series, window, frequency_hz) };
             let relative = if reference > 0.0 { amplitude / reference } else { 0.0 };
-            table.lines.push(Line {
+            lines.push(Line {
                 ratio,
                 frequency_hz,
                 amplitude,
@@ -257,7 +243,7 @@ pub fn lines(
             });
         }
     }
-    Ok(table)
+    Ok((lines, absent))
 }
 
 pub(super) fn usable_limit(series: &Series) -> f64 {

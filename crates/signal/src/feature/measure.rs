@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AbsentLine, FeatureError, Line, LineTable, PeakSettings, Peaks, Ratio, Repetition, Window, amplitude_spectrum,
-    bandwidth, lines, peaks, repetition, total_harmonic_distortion,
+    AbsentLine, FeatureError, Line, PeakSettings, Peaks, Ratio, Repetition, Window, amplitude_spectrum, bandwidth,
+    lines, peaks, repetition, total_harmonic_distortion,
 };
-use crate::Series;
+use crate::{Series, mean_and_rms};
 
 /// Settings of the measurement, the same for lab and model.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,14 +81,13 @@ pub fn measure(series: &Series, settings: &FeatureSettings) -> Result<Features, 
     super::line::check(series, frequency)?;
     let window = settings.window.unwrap_or_else(|| Window::whole(series)).on(series)?;
     let samples = &series.values[window.indices(series)];
-    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
-    let rms = (samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len() as f64).sqrt();
+    let (_, rms) = mean_and_rms(samples);
 
     let noise = PeakSettings { noise_rms: settings.noise_rms, noise_bandwidth: settings.noise_bandwidth };
     let peaks = peaks(series, window, &noise)?;
     let spectrum = amplitude_spectrum(series, window)?;
     let noise_floor = spectrum.noise_floor(frequency);
-    let LineTable { lines, absent } = lines(series, window, frequency, Some(&spectrum))?;
+    let (lines, absent) = lines(series, window, frequency, Some(&spectrum))?;
     let drive = super::line_amplitude(series, window, frequency);
     Ok(Features {
         unit: settings.unit.clone(),

@@ -48,8 +48,9 @@ pub use distortion::{bandwidth, total_harmonic_distortion};
 pub use error::FeatureError;
 pub use frequency::{refine_frequency, strongest_frequency};
 pub use impulse::{Impulse, Return, impulses};
-pub(crate) use line::{AbsentLine, LineTable};
-pub use line::{Line, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor, line_weights, lines};
+pub use line::{
+    AbsentLine, Line, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor, line_weights, lines,
+};
 pub use measurand::Measurand;
 pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};

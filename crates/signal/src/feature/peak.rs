@@ -32,7 +32,7 @@ use super::{
     interpolation::{interpolate, maximum_near},
     line::check_finite,
 };
-use crate::Series;
+use crate::{Series, kernel::continued};
 
 /// Half-width of the smoothing over the impulse's width at half height, at 3 % noise and more.
 const SMOOTHING: f64 = 0.3;
@@ -242,13 +242,8 @@ impl Kernel {
             let pairs = left.iter().rev().zip(right);
             return centre + self.weights[1..].iter().zip(pairs).map(|(w, (a, b))| w * (a + b)).sum::<f64>();
         }
-        let last = values.len() as isize - 1;
-        let continued = |i: isize| match i {
-            i if i < 0 => 2.0 * values[0] - values[(-i).min(last) as usize],
-            i if i > last => 2.0 * values[last as usize] - values[(2 * last - i).max(0) as usize],
-            i => values[i as usize],
-        };
-        let pair = |j: usize| continued(index as isize - j as isize) + continued(index as isize + j as isize);
+        let (index, at) = (index as isize, |i: isize| continued(values, i));
+        let pair = |j: usize| at(index - j as isize) + at(index + j as isize);
         centre + (1..=reach).map(|j| self.weights[j] * pair(j)).sum::<f64>()
     }
 
