@@ -228,13 +228,18 @@ fn continued(values: &[f64], index: isize, padding: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use granchain_signal::feature::fingerprint::{FeatureSet, Fingerprint};
+    use granchain_signal::feature::{
+        Measurand,
+        fingerprint::{FeatureSet, Fingerprint},
+    };
 
     #[test]
     fn a_record_is_shifted_by_parts_of_a_sample() {
         let tone = |t: f64| libm::sin(0.9 * t) * libm::exp(-((t - 300.0) / 90.0).powi(2));
         let trace = Series::new(0.0, 1.0, (0..900).map(|i| tone(i as f64)).collect());
-        let reduction = Reduction::Fingerprint(Fingerprint::new(FeatureSet::Full, 0.1, 1.0, 14).unwrap());
+        let reduction = Reduction::Fingerprint(
+            Fingerprint::of(Measurand::Velocity, FeatureSet::Full, (0.1, 1.0), 14, 1.0).unwrap(),
+        );
         let comparison = Comparison {
             cutoff: 0.42,
             bandwidth: None,

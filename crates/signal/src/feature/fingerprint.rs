@@ -19,9 +19,8 @@
 //! absolute threshold, so the trigger time of the record does not matter. A record that begins after the onset is
 //! aligned by the decay after the burst, and only its late window is compared.
 
-use std::{borrow::Cow, sync::Arc};
+use std::borrow::Cow;
 
-use realfft::RealToComplex;
 use thiserror::Error;
 
 use super::{Measurand, alignment::fall};
@@ -109,7 +108,7 @@ pub enum FingerprintError {
 }
 
 /// How traces are reduced: the same instance serves the record and every run compared with it.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Fingerprint {
     measurand: Measurand,
     set: FeatureSet,
@@ -121,7 +120,6 @@ pub struct Fingerprint {
     early_windows: usize,
     placed: Placed,
     window: Vec<f64>,
-    transform: Arc<dyn RealToComplex<f64>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,7 +134,7 @@ pub enum Placed {
 }
 
 /// A band of the late window's spectrum: lower and upper edge in units of f0, and name.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 struct Band(f64, f64, Cow<'static, str>);
 
 /// The bands of a measurand's fingerprint under a drive of that frequency, Hz.
@@ -158,36 +156,16 @@ fn bands(measurand: Measurand, drive_frequency: f64) -> Vec<Band> {
     }
 }
 
-impl std::fmt::Debug for Fingerprint {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Fingerprint")
-            .field("measurand", &self.measurand)
-            .field("set", &self.set)
-            .field("threshold", &self.threshold)
-            .field("scale", &self.scale)
-            .field("late_start", &self.late_start)
-            .field("late_cycles", &self.late_cycles)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Fingerprint {
-    /// A fingerprint for traces compared with one record of a velocity.
+    /// A fingerprint for traces compared with one record, under a drive of that frequency (Hz). Of a pressure there is the whole set only.
     ///
-    /// - `threshold`: onset threshold, m/s, see [`onset_threshold`](super::alignment::onset_threshold)
-    /// - `scale`: P, the peak of the record, m/s
+    /// - `threshold`: onset threshold, m/s or Pa, see [`onset_threshold`](super::alignment::onset_threshold)
+    /// - `scale`: P, the peak of the record, m/s or Pa
     /// - `cycles`: drive periods that may be used after the onset
     ///
     /// The late window begins 10 periods after the onset and lasts up to 30; a shorter record shortens both, the late
     /// window to a multiple of 6 periods where that leaves one (whole periods of f0/3 and of f0/2). Early windows that
     /// do not fit are left out. `None` below [`Fingerprint::FEWEST_CYCLES`].
-    pub fn new(set: FeatureSet, threshold: f64, scale: f64, cycles: usize) -> Option<Self> {
-        // No band of a velocity depends on the drive's frequency.
-        Self::of(Measurand::Velocity, set, (threshold, scale), cycles, 1.0)
-    }
-
-    /// As [`Fingerprint::new`] for any measurand, threshold and peak of the record in its unit, under a drive of that frequency (Hz). Of a
-    /// pressure there is the whole set only.
     pub fn of(
         measurand: Measurand,
         set: FeatureSet,
@@ -236,21 +214,8 @@ impl Fingerprint {
         let count = late_cycles * SAMPLES_PER_CYCLE;
         let window =
             (0..count).map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / count as f64).sin().powi(2)).collect();
-        let transform = forward_transform(count);
         let bands = bands(measurand, drive_frequency);
-        Self {
-            measurand,
-            set,
-            bands,
-            threshold,
-            scale,
-            late_start,
-            late_cycles,
-            early_windows,
-            placed,
-            window,
-            transform,
-        }
+        Self { measurand, set, bands, threshold, scale, late_start, late_cycles, early_windows, placed, window }
     }
 
     /// The same for traces whose amplitudes are `factor` times as large.
@@ -401,9 +366,10 @@ impl Fingerprint {
     /// mean square of the trace.
     fn power(&self, late: &[f64]) -> Vec<f64> {
         let mut input: Vec<f64> = late.iter().zip(&self.window).map(|(value, weight)| value * weight).collect();
-        let mut output = self.transform.make_output_vec();
+        let transform = forward_transform(input.len());
+        let mut output = transform.make_output_vec();
         // Lengths agree by construction: both come from the plan.
-        if self.transform.process(&mut input, &mut output).is_err() {
+        if transform.process(&mut input, &mut output).is_err() {
             return vec![0.0; output.len()];
         }
         // Mean square of the Hann window sin² is 3/8.
@@ -430,6 +396,10 @@ mod tests {
 
     use super::{super::alignment::Strength, *};
 
+    fn of_velocity(threshold: f64, cycles: usize) -> Option<Fingerprint> {
+        Fingerprint::of(Measurand::Velocity, FeatureSet::Full, (threshold, 0.3), cycles, 1.0)
+    }
+
     /// A burst that starts `delay` periods late: line amplitudes 0.1 at f0/3 and 0.2 at f0, m/s.
     fn burst(delay: f64) -> Series {
         let step = 1.0 / SAMPLES_PER_CYCLE as f64;
@@ -442,7 +412,7 @@ mod tests {
 
     #[test]
     fn offset_drift_and_hum_of_an_instrument_change_no_feature() {
-        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.08, 0.3, 40).unwrap();
+        let fingerprint = of_velocity(0.08, 40).unwrap();
         let clean = fingerprint.measure(&burst(2.0)).unwrap();
         for (offset, slope, hum) in [(0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01)] {
             let mut moved = burst(2.0);
@@ -461,7 +431,7 @@ mod tests {
 
     #[test]
     fn band_amplitudes_are_the_lines_rms() {
-        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
+        let fingerprint = of_velocity(0.05, 40).unwrap();
         let z = fingerprint.measure(&burst(2.0)).unwrap();
         let amplitude = |name: &str| {
             let index = fingerprint.names().iter().position(|known| *known == name).unwrap();
@@ -498,7 +468,7 @@ mod tests {
 
     #[test]
     fn the_trigger_drops_out() {
-        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
+        let fingerprint = of_velocity(0.05, 40).unwrap();
         let (early, late) =
             (fingerprint.measure(&burst(2.0)).unwrap(), fingerprint.measure(&burst(7.0 + 0.4 / 40.0)).unwrap());
         // 0.4 of a sample of the 40 a period moves an extreme by at most (2π·0.4/40)²/2 = 2e-3.
@@ -549,10 +519,10 @@ mod tests {
 
     #[test]
     fn silence_has_no_onset_and_a_short_record_too_few_periods() {
-        let fingerprint = Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 40).unwrap();
+        let fingerprint = of_velocity(0.05, 40).unwrap();
         let silent = burst(2.0).map(|value| 0.1 * value);
         assert!(matches!(fingerprint.measure(&silent), Err(FingerprintError::NoOnset { .. })));
         assert!(matches!(fingerprint.measure(&burst(30.0)), Err(FingerprintError::TooShort { .. })));
-        assert!(Fingerprint::new(FeatureSet::Full, 0.05, 0.3, 4).is_none());
+        assert!(of_velocity(0.05, 4).is_none());
     }
 }

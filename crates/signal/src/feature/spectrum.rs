@@ -103,19 +103,7 @@ impl AmplitudeSpectrum {
     /// floor cannot be distinguished from the lines and `None` is returned. White noise of rms σ over n samples has the floor
     /// 2σ √(3/(2n)) √(ln 2). In a chaotic response the floor is its broadband part.
     pub fn noise_floor(&self, drive_frequency: f64) -> Option<f64> {
-        if drive_frequency < 16.0 * self.resolution_hz {
-            return None;
-        }
-        let nyquist = self.frequency(self.amplitudes.len() - 1);
-        let highest = (8.0 * drive_frequency).min(super::USABLE_NYQUIST_FRACTION * nyquist);
-        let first = (drive_frequency / 8.0 / self.step_hz).ceil() as usize;
-        let past = ((highest / self.step_hz) as usize + 1).min(self.amplitudes.len());
-        let mut band = self.amplitudes.get(first..past)?.to_vec();
-        if band.is_empty() {
-            return None;
-        }
-        let middle = band.len() / 2;
-        Some(*band.select_nth_unstable_by(middle, f64::total_cmp).1)
+        self.quantile(drive_frequency, [drive_frequency / 8.0, 8.0 * drive_frequency], 2, 1)
     }
 
     /// Noise floor around `frequency` (Hz): the median of the noise, estimated from the lower quartile of the points
@@ -124,21 +112,24 @@ impl AmplitudeSpectrum {
     /// The quartile leaves room for lines in three quarters of the band; a steeply falling broadband part is followed.
     /// `None` as for [`noise_floor`](Self::noise_floor).
     pub fn local_floor(&self, frequency: f64, drive_frequency: f64) -> Option<f64> {
+        let lowest = (frequency - 0.5 * drive_frequency).max(drive_frequency / 8.0);
+        let quartile = self.quantile(drive_frequency, [lowest, frequency + 0.5 * drive_frequency], 4, 16)?;
+        Some(quartile * (2.0_f64.ln() / (4.0_f64 / 3.0).ln()).sqrt())
+    }
+
+    /// The 1/`part` quantile of the points of a band, Hz, up to 0.8 of the Nyquist frequency; `None` of fewer than `fewest`, and in a window of fewer than
+    /// 16 drive periods.
+    fn quantile(&self, drive_frequency: f64, [lowest, highest]: [f64; 2], part: usize, fewest: usize) -> Option<f64> {
         if drive_frequency < 16.0 * self.resolution_hz {
             return None;
         }
         let nyquist = self.frequency(self.amplitudes.len() - 1);
-        let lowest = (frequency - 0.5 * drive_frequency).max(drive_frequency / 8.0);
-        let highest = (frequency + 0.5 * drive_frequency).min(super::USABLE_NYQUIST_FRACTION * nyquist);
+        let highest = highest.min(super::USABLE_NYQUIST_FRACTION * nyquist);
         let first = (lowest / self.step_hz).ceil() as usize;
         let past = ((highest / self.step_hz) as usize + 1).min(self.amplitudes.len());
         let mut band = self.amplitudes.get(first..past)?.to_vec();
-        if band.len() < 16 {
-            return None;
-        }
-        let quarter = band.len() / 4;
-        let quartile = *band.select_nth_unstable_by(quarter, f64::total_cmp).1;
-        Some(quartile * (2.0_f64.ln() / (4.0_f64 / 3.0).ln()).sqrt())
+        let rank = band.len() / part;
+        (band.len() >= fewest).then(|| *band.select_nth_unstable_by(rank, f64::total_cmp).1)
     }
 }
 
