@@ -71,19 +71,23 @@ const FELT: f64 = 1e-9;
 /// them as independent evidence.
 const TOGETHER: f64 = 0.6;
 
+/// Name, SI unit, largest plausible value (SI), the units that are left out where it is exceeded (0.5 m of gap is none of a chain, 0.5 nm is), and
+/// value.
+pub type Named<'a> = (&'static str, &'static str, f64, &'static [&'static str], &'a mut f64);
+
 impl Uncertainty {
-    /// Name, SI unit and value of each.
-    pub fn named(&self) -> [(&'static str, &'static str, f64); 9] {
+    /// What may be stated.
+    pub fn named(&mut self) -> [Named<'_>; 9] {
         [
-            ("gap", "m", self.gap),
-            ("gap_scale", "1", self.gap_scale),
-            ("baseline", "m", self.baseline),
-            ("drive", "1", self.drive),
-            ("sensitivity", "1", self.sensitivity),
-            ("precompression", "N", self.precompression),
-            ("support_stiffness", "1", self.support_stiffness),
-            ("modulus", "1", self.modulus),
-            ("mass", "1", self.mass),
+            ("gap", "m", 1e-5, &["nm", "um"], &mut self.gap),
+            ("gap_scale", "1", 3.0, &[], &mut self.gap_scale),
+            ("baseline", "m", 1e-5, &["nm", "um"], &mut self.baseline),
+            ("drive", "1", 0.5, &["%"], &mut self.drive),
+            ("sensitivity", "1", 0.5, &["%"], &mut self.sensitivity),
+            ("precompression", "N", 10.0, &["mN"], &mut self.precompression),
+            ("support_stiffness", "1", 2.0, &["%"], &mut self.support_stiffness),
+            ("modulus", "1", 0.5, &["%"], &mut self.modulus),
+            ("mass", "1", 0.5, &["%"], &mut self.mass),
         ]
     }
 

@@ -30,19 +30,6 @@ impl Number {
     }
 }
 
-/// Largest plausible value of each, SI, and the units that are left out: 0.5 m of gap is none of a chain, 0.5 nm is.
-const PLAUSIBLE: [(&str, f64, &[&str]); 9] = [
-    ("gap", 1e-5, &["nm", "um"]),
-    ("gap_scale", 3.0, &[]),
-    ("baseline", 1e-5, &["nm", "um"]),
-    ("drive", 0.5, &["%"]),
-    ("sensitivity", 0.5, &["%"]),
-    ("precompression", 10.0, &["mN"]),
-    ("support_stiffness", 2.0, &["%"]),
-    ("modulus", 0.5, &["%"]),
-    ("mass", 0.5, &["%"]),
-];
-
 /// Stated values by name, SI; others keep their defaults.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StatedUncertainty(BTreeMap<String, f64>);
@@ -51,8 +38,8 @@ impl StatedUncertainty {
     /// By the names of [`Uncertainty::named`].
     pub fn new(stated: &BTreeMap<String, Number>) -> Result<Self, Refusal> {
         let value = |(name, number): (&String, &Number)| {
-            let drawn = Uncertainty::default().named();
-            let Some((_, unit, _)) = drawn.iter().find(|(known, ..)| known == name) else {
+            let mut usual = Uncertainty::default();
+            let Some((_, unit, most, units, _)) = usual.named().into_iter().find(|(known, ..)| known == name) else {
                 return Err(Contradiction::Uncertainty { name: name.clone() }.into());
             };
             let what = || format!("[uncertainty] {name}");
@@ -61,12 +48,12 @@ impl StatedUncertainty {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(Refusal::Uncertainty { name: name.clone(), value });
             }
-            if let Some((_, most, units)) = PLAUSIBLE.iter().find(|(known, most, _)| known == name && value > *most) {
+            if value > most {
                 let dimension = Unit::parse(unit).map_or(Dimension::NONE, |unit| unit.dimension);
-                let small = |text: &String| Quantity::parse_as(text, dimension).is_ok_and(|meant| meant <= *most);
+                let small = |text: &String| Quantity::parse_as(text, dimension).is_ok_and(|meant| meant <= most);
                 return Err(Refusal::ImplausibleUncertainty {
                     name: name.clone(),
-                    most: Quantity::new(*most, dimension).to_string(),
+                    most: Quantity::new(most, dimension).to_string(),
                     found: Quantity::new(value, dimension).to_string(),
                     meant: units.iter().map(|unit| format!("{value} {unit}")).find(small),
                 });
@@ -79,23 +66,15 @@ impl StatedUncertainty {
     /// Uncertainty for the runs of `scene`; the horn record adds the error of its baseline and of its vibrometer's
     /// filter.
     pub fn of(&self, scene: &Scene, drive: Option<&RecordedDrive>) -> Result<Uncertainty, Refusal> {
-        let baseline = drive.and_then(|drive| drive.baseline_error);
         let bandwidth = drive.and_then(|drive| drive.bandwidth);
-        let usual = Uncertainty::default();
-        let stated = |name: &str| self.0.get(name).copied();
-        let drawn = Uncertainty {
-            gap: stated("gap").unwrap_or(usual.gap),
-            gap_scale: stated("gap_scale").unwrap_or(usual.gap_scale),
-            baseline: stated("baseline").or(baseline).unwrap_or(usual.baseline),
-            drive: stated("drive").unwrap_or(usual.drive),
-            sensitivity: stated("sensitivity").unwrap_or(usual.sensitivity),
-            precompression: stated("precompression").unwrap_or(usual.precompression),
-            support_stiffness: stated("support_stiffness").unwrap_or(usual.support_stiffness),
-            modulus: stated("modulus").unwrap_or(usual.modulus),
-            mass: stated("mass").unwrap_or(usual.mass),
+        let mut drawn = Uncertainty {
+            baseline: drive.and_then(|drive| drive.baseline_error).unwrap_or(0.0),
             droop: bandwidth.map_or(0.0, |bandwidth| 1.0 - LowPass::gaussian_gain(scene.drive.frequency, bandwidth)),
-            repeats: 1,
+            ..Uncertainty::default()
         };
+        for (name, .., value) in drawn.named() {
+            *value = self.0.get(name).copied().unwrap_or(*value);
+        }
         if drawn.support_stiffness > 0.0 {
             Parameter::named("support_stiffness", scene).map_err(Refusal::UncertainStiffness)?;
         }

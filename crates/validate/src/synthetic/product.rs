@@ -15,7 +15,8 @@ use granchain_signal::feature::Measurand;
 impl SyntheticPlan {
     /// Input of `calibrate` for a synthetic record.
     pub(super) fn definition(&self, quantity: Measurand, seed: u64) -> Plan {
-        let drawn = self.uncertainty.named().map(|(name, _, value)| (name.to_owned(), Number::Plain(value)));
+        let mut uncertainty = self.uncertainty;
+        let drawn = uncertainty.named().map(|(name, .., value)| (name.to_owned(), Number::Plain(*value)));
         Plan {
             quantity: Some(quantity),
             fit: Some(self.parameters.clone()),
