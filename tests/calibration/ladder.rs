@@ -200,7 +200,7 @@ fn a_correction_led_to_an_empty_place_looks_for_itself_and_finds_the_truths_plac
             assert!((estimate.high / estimate.low).ln() < 0.2, "{name}: {estimate:?}");
         }
         let saved: Correction = checkpoint.restore().unwrap().unwrap();
-        ended.push((saved.restarted(), saved.rounds[0], saved.rounds.get(1).copied()));
+        ended.push((saved.restarted.is_some(), saved.rounds[0], saved.rounds.get(1).copied()));
     }
     assert_eq!(ended[0], (false, 48, Some(16)));
     assert_eq!(ended[1], (true, 48, Some(96)));

@@ -58,7 +58,7 @@ impl Agreement {
         let mut drawn = || -> f64 { StandardNormal.sample(&mut random) };
         let reference = |run| {
             let (of_run, local) = training.regress_leaving(run)?;
-            let known = training.nuggets().iter().map(|nugget| nugget * drawn());
+            let known = training.nuggets.iter().map(|nugget| nugget * drawn());
             let apart: Vec<f64> =
                 local.deviation.iter().zip(of_run).zip(known).map(|((all, own), known)| all - own + known).collect();
             local.residue(&apart)

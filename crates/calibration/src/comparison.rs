@@ -99,7 +99,7 @@ impl From<Observation> for Comparison {
 impl From<PublishedComparison> for Comparison {
     fn from(printed: PublishedComparison) -> Self {
         Self {
-            cutoff: printed.cutoff(),
+            cutoff: printed.cutoff,
             bandwidth: None,
             passband: None,
             clipped: [None; 2],
@@ -112,7 +112,7 @@ impl From<PublishedComparison> for Comparison {
             averages: 1,
             features: printed.targets(),
             nuggets: printed.nuggets(),
-            weights: vec![1.0; printed.statements().len()],
+            weights: vec![1.0; printed.statements.len()],
             reduction: Reduction::Published(printed),
             power: printed::POWER,
             sensitivity: 0.0,
@@ -126,7 +126,7 @@ impl Comparison {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.names(),
             Reduction::Published(printed) => {
-                printed.statements().iter().map(|statement| Cow::Owned(statement.name.clone())).collect()
+                printed.statements.iter().map(|statement| Cow::Owned(statement.name.clone())).collect()
             }
         }
     }
@@ -135,7 +135,7 @@ impl Comparison {
     pub fn measured(&self, index: usize) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
-            Reduction::Published(printed) => match printed.statements().get(index)?.meaning {
+            Reduction::Published(printed) => match printed.statements.get(index)?.meaning {
                 Meaning::Value { value, .. } => Some(value),
                 _ => None,
             },
@@ -183,7 +183,7 @@ impl Comparison {
                 fingerprint.names().get(index).is_some_and(|name| name.starts_with("ratio"))
             }
             Reduction::Published(printed) => {
-                printed.statements().get(index).is_some_and(|statement| !statement.meaning.is_velocity())
+                printed.statements.get(index).is_some_and(|statement| !statement.meaning.is_velocity())
             }
         };
         if pure { "1" } else { self.measurand().unit() }
@@ -205,7 +205,7 @@ impl Comparison {
             Reduction::Fingerprint(fingerprint) => {
                 drive.burst().0 + (fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) / drive.frequency
             }
-            Reduction::Published(printed) => printed.window().to + AFTER_WINDOW / drive.frequency,
+            Reduction::Published(printed) => printed.window.to + AFTER_WINDOW / drive.frequency,
         }
     }
 

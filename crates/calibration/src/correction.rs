@@ -101,9 +101,9 @@ pub struct Correction {
     latest: Option<Posterior>,
     /// Change of the answer in the last round.
     motion: Motion,
-    /// Number of rounds before the global search.
-    restarted: Option<usize>,
-    seed: u64,
+    /// Number of rounds before the global search, if one was made because the chain's region was wrong.
+    pub restarted: Option<usize>,
+    pub(super) seed: u64,
     /// Runs made on the levels below; the numbers of this level follow them.
     before: usize,
     searched: Vec<Run>,
@@ -154,7 +154,7 @@ impl Correction {
 
     /// A correction that starts from the runs of the level below; `before` counts the runs of all levels below.
     pub(crate) fn above(fidelity: &FidelityLevel, searched: &[Run], before: usize, seed: u64) -> Self {
-        let chain = fidelity.chain();
+        let chain = &fidelity.chain;
         Self {
             pairs: vec![],
             rounds: vec![],
@@ -209,10 +209,6 @@ impl Correction {
         best.map(|(misfit, run)| (misfit, training.position(run).to_vec()))
     }
 
-    pub fn seed(&self) -> u64 {
-        self.seed
-    }
-
     /// Whether no further round is needed, or allowed.
     pub(crate) fn is_finished(&self) -> bool {
         let settled = !self.motion.leans && self.motion.drift.is_some_and(|drift| drift < STILL);
@@ -221,11 +217,6 @@ impl Correction {
             None => self.rounds.len(),
         };
         rounds >= MOST_ROUNDS || (rounds >= FEWEST_ROUNDS && settled)
-    }
-
-    /// Whether a global search was made because the chain's region was wrong.
-    pub fn restarted(&self) -> bool {
-        self.restarted.is_some()
     }
 
     /// Whether the answer lies at the edge of the region covered by runs, and may lie outside it.

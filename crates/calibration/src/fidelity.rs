@@ -54,7 +54,7 @@ struct PlannedRun {
 /// A model above the chain, prepared for runs at any point of the box and compared with one record.
 #[derive(Clone)]
 pub struct FidelityLevel {
-    chain: Forward,
+    pub(super) chain: Forward,
     prepared: Arc<Prepared>,
     scene: Scene,
     /// The fidelity level between it and the chain.
@@ -182,10 +182,6 @@ impl FidelityLevel {
     /// This level on finer bodies, if there are any.
     pub fn finer(&self) -> Option<&Self> {
         self.finer.as_deref()
-    }
-
-    pub fn chain(&self) -> &Forward {
-        &self.chain
     }
 
     pub fn prepared(&self) -> &Arc<Prepared> {

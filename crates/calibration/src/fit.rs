@@ -291,7 +291,7 @@ pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Resul
     let judged = Posterior::of(&training, joint.first().parameters.len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());
         let values = joint.first().parameters.iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
-        let p = Agreement::of(&training, &at, search.seed())?.p;
+        let p = Agreement::of(&training, &at, search.seed)?.p;
         Some(Standing { p, values, elite: elite(at, &training) })
     });
     judged.ok_or_else(|| too_few(&search.runs))
@@ -307,7 +307,7 @@ fn elite(at: Vec<f64>, training: &TrainingRuns) -> Vec<Vec<f64>> {
 pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
-    let history = history(search.batches.iter().take(search.batches_made()), |count| search.training(count));
+    let history = history(search.batches.iter().take(search.batch), |count| search.training(count));
     let before = search.training(made - last_batch.min(made));
     let all = search.training(made);
     let reading = Reading {
@@ -315,7 +315,7 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
         training: &all,
         before: &before,
         best: BEST,
-        seed: search.seed(),
+        seed: search.seed,
     };
     let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
@@ -366,10 +366,10 @@ pub(crate) fn corrected_by(
     let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
     let history = history(correction.rounds.iter(), |count| correction.training(count));
     let before = correction.training(made - last_round.min(made));
-    let parameters = &fidelity.chain().parameters;
+    let parameters = &fidelity.chain.parameters;
     let all = correction.training(made);
     let reading =
-        Reading { parameters, training: &all, before: &before, best: correction::BEST, seed: correction.seed() };
+        Reading { parameters, training: &all, before: &before, best: correction::BEST, seed: correction.seed };
     let first = reading.place(Discrepancy::none(&all), correction.answer()).ok_or_else(|| too_few(&runs))?;
     let found = match (known, fidelity.finer()) {
         (None, Some(finer)) => {

@@ -282,7 +282,7 @@ impl Fitted {
         }
         let case = Case {
             scene: &chain_below(best.candidate.scene()),
-            laws: best.forward.laws(),
+            laws: best.forward.laws.as_ref(),
             comparison: &recorded_run.comparison,
             trace: recorded_run.measured.trace(),
             noise: recorded_run.bench.drive.as_ref().and_then(RecordedDrive::noise),

@@ -103,7 +103,8 @@ pub struct Forward {
     uncertainty: Uncertainty,
     seed: u64,
     pub(super) engine: Engine,
-    laws: Option<FiniteBodyLaws>,
+    /// Contact laws of its runs, if they are not the scene's own.
+    pub(super) laws: Option<FiniteBodyLaws>,
     low_pass: LowPass,
     noise_rms: f64,
     /// Runs of a block, which share one draw of the stiffness.
@@ -161,11 +162,6 @@ impl Forward {
     /// Block of run `number`.
     pub(super) fn block(&self, number: u64) -> u64 {
         number / self.block
-    }
-
-    /// Contact laws of its runs, if they are not the scene's own.
-    pub fn laws(&self) -> Option<&FiniteBodyLaws> {
-        self.laws.as_ref()
     }
 
     /// The same runs with the same draws and a finer step; `None` if there is none.

@@ -43,15 +43,17 @@ const SMALLEST_WEIGHT: f64 = 1e-12;
 pub struct TrainingRuns {
     positions: Vec<Vec<f64>>,
     deviations: Vec<Vec<f64>>,
-    nuggets: Vec<f64>,
+    /// Smallest scatter allowed to each feature.
+    pub(super) nuggets: Vec<f64>,
     weights: Vec<f64>,
     /// Features of each record, in order.
     parts: Vec<Range<usize>>,
     neighbours: usize,
-    power: f64,
+    /// Tempering exponent β of the likelihood.
+    pub(super) power: f64,
     domain: Option<(Vec<f64>, Vec<f64>)>,
     /// Frame for distances, and the runs in it; `None`: the unit box.
-    frame: Option<(Frame, Vec<Vec<f64>>)>,
+    pub(super) frame: Option<(Frame, Vec<Vec<f64>>)>,
     /// γ² of each feature: added variance relative to its own, for features that no run reproduces.
     inflation: Vec<f64>,
     /// Standard deviation of ln of a record's amplitude factor, and the response of each feature to it.
@@ -171,11 +173,6 @@ impl TrainingRuns {
         self
     }
 
-    /// The frame for distances, and the runs in it.
-    pub fn frame(&self) -> Option<&(Frame, Vec<Vec<f64>>)> {
-        self.frame.as_ref()
-    }
-
     /// The same, restricted to a region between two corners of the unit box: outside it the likelihood is 0.
     #[must_use]
     pub fn within(mut self, low: Vec<f64>, high: Vec<f64>) -> Self {
@@ -185,11 +182,6 @@ impl TrainingRuns {
 
     pub(crate) fn domain(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
-    }
-
-    /// Tempering exponent β of the likelihood.
-    pub fn power(&self) -> f64 {
-        self.power
     }
 
     pub fn len(&self) -> usize {
@@ -265,11 +257,6 @@ impl TrainingRuns {
                 (variance + self.nuggets[f].powi(2)).sqrt()
             })
             .collect()
-    }
-
-    /// Smallest scatter allowed to each feature.
-    pub(crate) fn nuggets(&self) -> &[f64] {
-        &self.nuggets
     }
 
     /// Distance from a run to its `rank`-th nearest other run, in unit coordinates.

@@ -63,7 +63,7 @@ impl Posterior {
     /// times the part that carries weight. `None` if no point of the box allows a regression.
     pub fn of(training: &TrainingRuns, dimension: usize) -> Option<Self> {
         let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
-        let (lowest, highest) = match training.frame() {
+        let (lowest, highest) = match &training.frame {
             None => training.domain(dimension),
             Some((_, inside)) => {
                 let ends = |d: usize| inside.iter().map(move |y| y[d].clamp(-REACH, REACH));
@@ -87,7 +87,7 @@ impl Posterior {
 
     fn evaluate(training: &TrainingRuns, low: Vec<f64>, high: Vec<f64>, cells: usize) -> Option<Self> {
         let dimension = low.len();
-        let frame = training.frame().map(|(frame, _)| frame.clone());
+        let frame = training.frame.as_ref().map(|(frame, _)| frame.clone());
         let unit = frame.as_ref().map_or(1.0, Frame::volume);
         let mut grid = Self { low, high, frame, cells, mass: vec![], log_evidence: 0.0, best: 0.0 };
         let count = cells.pow(dimension as u32);
@@ -97,10 +97,10 @@ impl Posterior {
         if !best.is_finite() {
             return None;
         }
-        let weights: Vec<f64> = values.iter().map(|value| (training.power() * (value - best)).exp()).collect();
+        let weights: Vec<f64> = values.iter().map(|value| (training.power * (value - best)).exp()).collect();
         let total: f64 = weights.iter().sum();
         let volume: f64 = grid.low.iter().zip(&grid.high).map(|(a, b)| b - a).product::<f64>() * unit;
-        grid.log_evidence = training.power() * best + (total / count as f64 * volume).ln();
+        grid.log_evidence = training.power * best + (total / count as f64 * volume).ln();
         grid.best = best;
         grid.mass = weights.into_iter().map(|weight| weight / total).collect();
         Some(grid)

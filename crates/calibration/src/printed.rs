@@ -152,10 +152,13 @@ pub enum ReductionError {
 /// All statements of one publication, prepared for comparison with runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedComparison {
-    statements: Vec<PublishedStatement>,
+    /// In the publication's order.
+    pub(super) statements: Vec<PublishedStatement>,
     drive_frequency: f64,
-    window: Window,
-    cutoff: f64,
+    /// Of the features, model time.
+    pub(super) window: Window,
+    /// Of the low-pass that every run goes through, Hz.
+    pub(super) cutoff: f64,
     velocity_floor: f64,
 }
 
@@ -196,21 +199,6 @@ impl PublishedComparison {
         });
         let velocity_floor = FLOOR * largest.fold(0.0, f64::max);
         Ok(Self { statements, drive_frequency, window, cutoff, velocity_floor })
-    }
-
-    /// The statements, in the publication's order.
-    pub fn statements(&self) -> &[PublishedStatement] {
-        &self.statements
-    }
-
-    /// Window of the features, model time.
-    pub fn window(&self) -> Window {
-        self.window
-    }
-
-    /// Cutoff of the low-pass that every run goes through, Hz.
-    pub fn cutoff(&self) -> f64 {
-        self.cutoff
     }
 
     /// The published value of a feature, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,

@@ -54,8 +54,9 @@ pub struct Search {
     pub runs: Vec<Run>,
     /// Number of runs in each batch.
     pub batches: Vec<usize>,
-    batch: usize,
-    seed: u64,
+    /// Number of batches made.
+    pub(super) batch: usize,
+    pub(super) seed: u64,
     dimension: usize,
     observed: Vec<f64>,
     nuggets: Vec<f64>,
@@ -105,14 +106,6 @@ impl Search {
         if parameters > 2 { 1800 } else { 600 }
     }
 
-    pub(crate) fn batches_made(&self) -> usize {
-        self.batch
-    }
-
-    pub fn seed(&self) -> u64 {
-        self.seed
-    }
-
     /// The finished runs among the first `count`, for the regression.
     pub(crate) fn training(&self, count: usize) -> TrainingRuns {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
@@ -155,7 +148,7 @@ impl Search {
 
     fn drawn(&self, training: &TrainingRuns, count: usize, random: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
         let posterior = Posterior::of(training, self.dimension)?;
-        let points = (0..count).map(|_| posterior.draw(DRAW_POWER / training.power(), random));
+        let points = (0..count).map(|_| posterior.draw(DRAW_POWER / training.power, random));
         Some(points.collect())
     }
 }
@@ -189,7 +182,7 @@ pub(super) fn around_elite(
     random: &mut ChaCha8Rng,
 ) -> Vec<Vec<f64>> {
     let elite: Vec<usize> = ranking(training).into_iter().take(size).map(|(_, run)| run).collect();
-    if training.frame().is_some() {
+    if training.frame.is_some() {
         return along_elite(training, &elite, count, random);
     }
     let spacings: Vec<f64> = elite.iter().map(|&run| training.spacing(run, 5)).collect();

@@ -347,7 +347,7 @@ const MISSED: f64 = 1.0;
 pub fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
     let mut said = Vec::new();
     let (one_sided, values): (Vec<_>, Vec<_>) =
-        printed.statements().iter().enumerate().partition(|(_, statement)| statement.meaning.is_one_sided());
+        printed.statements.iter().enumerate().partition(|(_, statement)| statement.meaning.is_one_sided());
     let (numbers, free) = (values.len(), fit.parameters.len());
     if numbers <= free {
         said.push(format!(

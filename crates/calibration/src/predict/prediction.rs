@@ -223,15 +223,15 @@ pub(crate) fn predict_printed(
     watch: &dyn Watch,
 ) -> Result<PredictiveRun, PredictionError> {
     let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
-    let window = printed.window();
+    let window = printed.window;
     let settings =
-        FeatureSettings { band: Some(printed.cutoff()), ..FeatureSettings::velocity(scene.drive.frequency, window) };
-    let simulated = low_pass(response.observed_velocity(), printed.cutoff());
+        FeatureSettings { band: Some(printed.cutoff), ..FeatureSettings::velocity(scene.drive.frequency, window) };
+    let simulated = low_pass(response.observed_velocity(), printed.cutoff);
     let simulated_features = measure(&simulated, &settings)?;
     let (varied, perturbed) = perturbed(scene, plan, predicted);
     let ensemble =
         ensemble::run_perturbed(bodies, varied, Measurand::Velocity, plan, &perturbed, watch, |_, velocity| {
-            Watched::measure(&low_pass(velocity, printed.cutoff()), &settings)
+            Watched::measure(&low_pass(velocity, printed.cutoff), &settings)
         })?;
     let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();
     Ok(PredictiveRun {
