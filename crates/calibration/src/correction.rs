@@ -42,7 +42,7 @@ const LEANING_ROUND: usize = 32;
 const FEWEST_ROUNDS: usize = 3;
 
 /// Most rounds, not counting those of a restart.
-pub const MOST_ROUNDS: usize = 5;
+pub(crate) const MOST_ROUNDS: usize = 5;
 
 /// Least share of a round's upper runs that must finish; near the true parameters nearly all do.
 const FINISHING: f64 = 0.5;

@@ -85,7 +85,7 @@ pub fn chain_below(scene: &Scene) -> Scene {
 }
 
 /// The reduced model between chain and finite elements, with the same mesh; `None` for other models.
-pub fn reduced_below(scene: &Scene) -> Option<Scene> {
+pub(crate) fn reduced_below(scene: &Scene) -> Option<Scene> {
     let mut reduced = scene.clone();
     (reduced.model.reduced.density, reduced.model.reduced.elements) =
         (scene.model.fea.density, scene.model.fea.elements);
@@ -158,7 +158,7 @@ impl FidelityLevel {
 
     /// The same with finer bodies of the same scene.
     #[must_use]
-    pub fn with_finer(mut self, prepared: Option<Arc<Prepared>>) -> Self {
+    pub(crate) fn with_finer(mut self, prepared: Option<Arc<Prepared>>) -> Self {
         self.finer = prepared
             .zip(finer_scene(&self.scene))
             .map(|(prepared, scene)| Arc::new(Self { prepared, scene, ..self.clone() }));

@@ -103,7 +103,7 @@ impl Names {
 }
 
 /// The table of all runs.
-pub fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, FingerprintsError> {
+pub(crate) fn to_csv(names: &Names, candidates: &[CandidateRuns]) -> Result<Vec<u8>, FingerprintsError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let columns = names.columns();
     writer.write_record(&columns)?;

@@ -138,12 +138,12 @@ impl Fit {
     }
 
     /// Runs made on this fidelity level and those below.
-    pub fn total_runs(&self) -> usize {
+    pub(crate) fn total_runs(&self) -> usize {
         self.runs.len() + self.below.as_ref().map_or(0, |below| below.fit.total_runs())
     }
 
     /// Runs that failed on this fidelity level and those below.
-    pub fn total_failed(&self) -> usize {
+    pub(crate) fn total_failed(&self) -> usize {
         self.failed() + self.below.as_ref().map_or(0, |below| below.fit.total_failed())
     }
 
@@ -161,7 +161,7 @@ impl Fit {
 
     /// The parameters in a box four times wider on every side without a user-given bound; `None` if there is no such
     /// side.
-    pub fn widened_all_round(&self) -> Option<Vec<Parameter>> {
+    pub(crate) fn widened_all_round(&self) -> Option<Vec<Parameter>> {
         widened(&self.parameters, |_| (true, true))
     }
 

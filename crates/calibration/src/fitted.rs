@@ -265,7 +265,7 @@ impl Fitted {
     }
 
     /// Its runs and their models.
-    pub fn best_made(&self) -> &FitRuns {
+    pub(crate) fn best_made(&self) -> &FitRuns {
         let key = self.best().candidate.key();
         let of_best = self.made.iter().position(|made| made.runs.candidate == key);
         &self.made[of_best.unwrap_or(0)]

@@ -280,7 +280,7 @@ mod tests {
         // Less noise has an earlier onset: what is measured in the ring-up, and faint lines, are others.
         let strong = ["positive_peak", "negative_peak", "band_1/3", "band_2/3", "band_1", "band_2"];
         let names = own.observation.fingerprint.names();
-        let both = own.observation.comparison.features.iter().zip(&fast.observation.features);
+        let both = own.observation.comparison.features.iter().zip(&fast.observation.comparison.features);
         for (name, (a, b)) in names.iter().zip(both).filter(|(name, _)| strong.contains(&&***name)) {
             assert!((a - b).abs() < 0.02, "{name}: {a} {b}");
         }
@@ -312,7 +312,7 @@ mod tests {
         assert!(assumed.iter().any(|text| text.contains("goes on to 20.8000 ms")), "{assumed:?}");
         assert!(long.record.series.len() < 4 * short.record.series.len(), "{}", long.record.series.len());
         assert_eq!(long.record.series.len(), long.record.raw.len());
-        for (a, b) in short.observation.comparison.features.iter().zip(&long.observation.features) {
+        for (a, b) in short.observation.comparison.features.iter().zip(&long.observation.comparison.features) {
             assert!((a - b).abs() < 1e-9 * a.abs(), "{a:e} {b:e}");
         }
     }

@@ -32,10 +32,10 @@ use granchain_signal::{
 };
 
 /// r₀: a line counts as present from this fraction of the line at the drive, as absent below it.
-pub const PRESENT_FROM: f64 = 0.1;
+pub(crate) const PRESENT_FROM: f64 = 0.1;
 
 /// Standard uncertainty of a one-sided statement, in ln: 3 dB.
-pub const SOFTNESS: f64 = 0.345;
+pub(crate) const SOFTNESS: f64 = 0.345;
 
 /// Tempering exponent β for published features: they are few and little correlated, so no tempering is needed.
 ///

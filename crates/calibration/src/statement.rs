@@ -182,7 +182,7 @@ fn standing(fit: &Fit) -> String {
 }
 
 /// Meaning of α with a recorded drive.
-pub fn recorded_drive(fit: &Fit) -> Option<String> {
+pub(crate) fn recorded_drive(fit: &Fit) -> Option<String> {
     let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
     is_quoted.then(|| {
         "alpha is the drive at the first bead divided by the true motion of the horn: 1 if the sensitivities of both records are right and the horn's face \
@@ -192,7 +192,7 @@ pub fn recorded_drive(fit: &Fit) -> Option<String> {
 }
 
 /// Meaning of α without a horn record.
-pub fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
+pub(crate) fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
     let fitted = fit.parameters.iter().any(|it| it.name == "alpha");
     fitted.then(|| {
         format!(

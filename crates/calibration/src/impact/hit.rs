@@ -8,7 +8,7 @@ use granchain_signal::{
 use nalgebra::SVector;
 
 /// Number of features of a hit.
-pub const FEATURES: usize = 3;
+pub(crate) const FEATURES: usize = 3;
 
 /// Names of the features, in order; all enter as logarithms.
 pub const NAMES: [&str; FEATURES] = ["return_time", "peak_ratio", "width_ratio"];

@@ -14,7 +14,7 @@ use super::{
 pub const FLOOR: [f64; FEATURES] = [0.01, 0.05, 0.05];
 
 /// Number of hits that this floor counts for.
-pub const FLOOR_HITS: f64 = 4.0;
+pub(crate) const FLOOR_HITS: f64 = 4.0;
 
 /// Standard deviations of the same that all hits of one set-up share: how the column stands, and the response of its sensor, which an impulse of
 /// another width passes with another gain. Of 21 set-ups of one column, three on each of seven foams, they are 0.013, 0.14 and 0.06 beside the scatter
@@ -166,7 +166,7 @@ impl Grid {
     }
 
     /// Quantiles of one coordinate.
-    pub fn quantiles<const N: usize>(&self, d: usize, shares: [f64; N]) -> [f64; N] {
+    pub(crate) fn quantiles<const N: usize>(&self, d: usize, shares: [f64; N]) -> [f64; N] {
         let mut marginal = vec![0.0; self.cells];
         self.mass
             .iter()
@@ -203,6 +203,6 @@ impl Grid {
 }
 
 /// Quantile of a Student t.
-pub fn student(freedom: f64, share: f64) -> f64 {
+pub(crate) fn student(freedom: f64, share: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |student| student.inverse_cdf(share))
 }

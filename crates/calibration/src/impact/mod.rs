@@ -50,7 +50,7 @@ const LEAST: f64 = 0.08;
 const WIDENINGS: usize = 2;
 
 /// Most parameters of a fit: a hit has three features.
-pub const MOST_PARAMETERS: usize = 3;
+pub(crate) const MOST_PARAMETERS: usize = 3;
 
 /// Relative difference of sampling steps of one experiment.
 const SAME_STEP: f64 = 1e-3;

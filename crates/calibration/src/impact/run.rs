@@ -14,7 +14,7 @@ use super::hit::{Features, observe};
 use crate::parameter::{Parameter, Target, varied};
 
 /// Quantities that all hits share and that nobody fits: velocity, bead stiffness, corner of the AC coupling, where in its bead the sensor reads.
-pub const SHARED: usize = 4;
+pub(crate) const SHARED: usize = 4;
 
 pub type Nuisance = SVector<f64, SHARED>;
 
@@ -67,7 +67,7 @@ pub struct Bench<'a> {
 
 impl Bench<'_> {
     /// The scene at a point of the box.
-    pub fn scene_at(&self, at: &[f64]) -> Scene {
+    pub(crate) fn scene_at(&self, at: &[f64]) -> Scene {
         let mut scene = self.scene.clone();
         self.parameters.iter().zip(at).for_each(|(parameter, u)| parameter.set(&mut scene, parameter.value(*u)));
         scene
