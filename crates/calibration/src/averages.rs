@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::{
     engine::Engine,
-    forward::{DrawnRun, Forward, LANES, Point, TimedRun},
+    forward::{DrawnRun, Forward, LANES},
 };
 use granchain_model::ModelError;
 use granchain_signal::Series;
@@ -18,27 +18,13 @@ const MOST_SHOTS: usize = 16;
 const JITTER: f64 = 0.3e-6;
 
 impl Forward {
-    /// One run of the search.
-    pub(super) fn averaged(&self, at: &[f64], random: &mut ChaCha8Rng) -> TimedRun {
-        let drawn = self.drawn(at, random);
-        let mean = self.mean_of_shots(&self.engine, &drawn, random);
-        self.finish(at, mean, random)
-    }
-
-    /// The trace of one run of the waveform's likelihood; see [`Forward::waveforms`].
-    pub(super) fn mean_of_shots_at(
+    /// The trace of one run.
+    pub(super) fn mean_of_shots(
         &self,
         engine: &Engine,
-        (at, stiffness): &Point,
-        lane: usize,
+        drawn: &DrawnRun,
         random: &mut ChaCha8Rng,
-    ) -> Option<Series> {
-        let mut drawn = self.drawn(at, random);
-        drawn.variation = self.hold(drawn.variation, (at, *stiffness), lane);
-        self.mean_of_shots(engine, &drawn, random).ok()
-    }
-
-    fn mean_of_shots(&self, engine: &Engine, drawn: &DrawnRun, random: &mut ChaCha8Rng) -> Result<Series, ModelError> {
+    ) -> Result<Series, ModelError> {
         let jitter = JITTER * random.random::<f64>();
         let mut shots = vec![drawn.variation.clone()];
         shots.resize_with(self.comparison.averages.min(MOST_SHOTS), || {

@@ -224,32 +224,48 @@ impl Forward {
         noise: Option<&HornNoise>,
         show: Show<T>,
     ) -> Vec<Option<T>> {
-        let chunk = |(chunk, points): (usize, &[Point])| {
-            if !self.report(0) {
-                return points.iter().map(|_| None).collect();
-            }
+        let draw = |(at, stiffness): &Point, lane: usize, random: &mut ChaCha8Rng| {
+            let drawn = self.drawn(at, random);
+            DrawnRun { variation: self.hold(drawn.variation, (at, *stiffness), lane), ..drawn }
+        };
+        let see = |(at, _): &Point, trace: Option<Result<Series, ModelError>>, random: &mut ChaCha8Rng| {
+            Some(show(self, at, trace?.ok()?, random))
+        };
+        self.traced((first, 0), points, noise, &draw, &see)
+    }
+
+    /// Traces of runs at some points, numbered from `first`, as `draw` draws them for their lane and `see` makes something of them; without a trace where
+    /// the watch, asked with `done`, says stop.
+    fn traced<P: Sync, T: Send>(
+        &self,
+        (first, done): (u64, u64),
+        points: &[P],
+        noise: Option<&HornNoise>,
+        draw: &(dyn Fn(&P, usize, &mut ChaCha8Rng) -> DrawnRun + Sync),
+        see: &(dyn Fn(&P, Option<Result<Series, ModelError>>, &mut ChaCha8Rng) -> T + Sync),
+    ) -> Vec<T> {
+        let chunk = |(chunk, points): (usize, &[P])| {
             let number = first + (chunk * LANES) as u64;
             let mut generators: Vec<ChaCha8Rng> =
                 (0..points.len()).map(|lane| self.generator(number + lane as u64)).collect();
+            if !self.report(done) {
+                let lanes = points.iter().zip(&mut generators);
+                return lanes.map(|(point, random)| see(point, None, random)).collect();
+            }
             let shakes: Vec<Series> = noise
                 .map_or_else(Vec::new, |noise| generators.iter_mut().map(|random| noise.realisation(random)).collect());
-            let engine = if shakes.is_empty() { self.engine.clone() } else { self.engine.with_shakes(&shakes) };
-            if self.comparison.averages > 1 {
-                let lanes = points.iter().zip(&mut generators).enumerate();
-                let mean = |(lane, (point, random)): (usize, (&Point, &mut ChaCha8Rng))| {
-                    let mean = self.mean_of_shots_at(&engine, point, lane, random)?;
-                    Some(show(self, &point.0, mean, random))
-                };
-                return lanes.map(mean).collect();
-            }
-            let variations: Vec<Variation> = points
-                .iter()
-                .zip(&mut generators)
-                .enumerate()
-                .map(|(lane, ((at, stiffness), random))| self.held(at, *stiffness, lane, random))
-                .collect();
-            let traces = engine.run(&variations).into_iter().zip(points).zip(&mut generators);
-            traces.map(|((trace, (at, _)), random)| Some(show(self, at, trace.ok()?, random))).collect::<Vec<_>>()
+            let shaken = (!shakes.is_empty()).then(|| self.engine.with_shakes(&shakes));
+            let engine = shaken.as_ref().unwrap_or(&self.engine);
+            let lanes = points.iter().zip(&mut generators).enumerate();
+            let drawn: Vec<DrawnRun> = lanes.map(|(lane, (point, random))| draw(point, lane, random)).collect();
+            let traces = if self.comparison.averages > 1 {
+                let lanes = drawn.iter().zip(&mut generators);
+                lanes.map(|(drawn, random)| self.mean_of_shots(engine, drawn, random)).collect()
+            } else {
+                engine.run(&drawn.into_iter().map(|drawn| drawn.variation).collect::<Vec<_>>())
+            };
+            let traces = points.iter().zip(traces).zip(&mut generators);
+            traces.map(|((point, trace), random)| see(point, Some(trace), random)).collect::<Vec<_>>()
         };
         points.par_chunks(LANES).enumerate().flat_map_iter(chunk).collect()
     }
@@ -290,33 +306,12 @@ impl Forward {
 
     /// As [`Forward::run`], with the onset of every run. After a stop, the remaining runs have no outcome.
     pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
-        let chunks: Vec<Vec<TimedRun>> = positions
-            .par_chunks(LANES)
-            .enumerate()
-            .map(|(chunk, positions)| {
-                if !self.report(first) {
-                    let stopped = |at: &Vec<f64>| Run { position: at.clone(), outcome: Err("stopped".into()) };
-                    return positions.iter().map(|at| (stopped(at), None)).collect();
-                }
-                let number = first + (chunk * LANES) as u64;
-                if self.comparison.averages > 1 {
-                    let lanes = positions.iter().zip(number..);
-                    return lanes.map(|(at, number)| self.averaged(at, &mut self.generator(number))).collect();
-                }
-                let mut generators: Vec<ChaCha8Rng> =
-                    (0..positions.len()).map(|lane| self.generator(number + lane as u64)).collect();
-                let variations: Vec<Variation> =
-                    positions.iter().zip(&mut generators).map(|(at, random)| self.variation(at, random)).collect();
-                let traces = self.engine.run(&variations);
-                positions
-                    .iter()
-                    .zip(traces)
-                    .zip(&mut generators)
-                    .map(|((position, trace), random)| self.finish(position, trace, random))
-                    .collect()
-            })
-            .collect();
-        chunks.into_iter().flatten().collect()
+        let draw = |at: &Vec<f64>, _: usize, random: &mut ChaCha8Rng| self.drawn(at, random);
+        let see = |at: &Vec<f64>, trace: Option<Result<Series, ModelError>>, random: &mut ChaCha8Rng| match trace {
+            Some(trace) => self.finish(at, trace, random),
+            None => (Run { position: at.clone(), outcome: Err("stopped".into()) }, None),
+        };
+        self.traced((first, first), positions, None, &draw, &see)
     }
 
     /// Reports the number of finished runs; returns whether to go on.
