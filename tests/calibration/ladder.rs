@@ -10,8 +10,9 @@ use granchain::{
         checkpoint::SearchCheckpoint,
         correction::Correction,
         fidelity::{Bodies, FidelityLevel},
-        fit::{Estimate, Fit, FitError, correct, fit},
+        fit::{Estimate, Fit, FitError, answer, corrected, to_end},
         forward::{Forward, Uncertainty, Watch},
+        multi_record::MultiRecord,
         observation::{Observation, Recording},
         parameter::Parameter,
         search::Search,
@@ -57,8 +58,22 @@ fn forward(scene: &Scene, recording: &Recording, watch: Arc<Watch>) -> Forward {
     Forward::new(scene, None, parameters(), observation, Uncertainty::default(), SEED, watch).unwrap()
 }
 
+fn fit(forward: &Forward, search: Search) -> Result<Fit, FitError> {
+    let joint = MultiRecord::from(forward);
+    answer(&joint, &to_end(joint.clone(), search, None, |search| search.runs.len())?)
+}
+
+fn correct(
+    fidelity: &FidelityLevel,
+    chain: Fit,
+    correction: Correction,
+    checkpoint: Option<SearchCheckpoint>,
+) -> Result<Fit, FitError> {
+    corrected(fidelity, chain, &to_end(fidelity.clone(), correction, checkpoint, |correction| correction.pairs.len())?)
+}
+
 fn searched(forward: &Forward) -> Fit {
-    fit(forward, Search::new(forward, 600, SEED), None).unwrap()
+    fit(forward, Search::new(forward, 600, SEED)).unwrap()
 }
 
 fn holds(estimate: &Estimate, truth: f64) -> bool {
@@ -100,7 +115,7 @@ fn a_stop_is_asked_for_within_a_batch_and_a_prediction() {
     let runs = forward.run(0, &vec![vec![0.5; 2]; 64]);
     let made = runs.iter().filter(|run| run.outcome.as_ref().is_err_and(|reason| reason == "stopped")).count();
     assert_eq!((runs.len() - made, asked.load(Ordering::Relaxed)), (24, 8));
-    let searched = fit(&forward, Search::new(&forward, 600, SEED), None);
+    let searched = fit(&forward, Search::new(&forward, 600, SEED));
     assert!(matches!(searched, Err(FitError::Stopped { runs: 0 })), "{searched:?}");
 
     struct Stopped(AtomicU64);
@@ -128,7 +143,7 @@ fn a_correction_broken_off_and_taken_up_again_ends_in_the_same_bytes() {
         let forward = forward(&scene, &recording, Arc::new(|_| true));
         let fidelity = FidelityLevel::new(&forward, prepared.clone(), &scene);
         let chain = searched(&forward);
-        let correction = Correction::new(&fidelity, &chain.runs, SEED);
+        let correction = Correction::new(&fidelity, &chain.runs, chain.runs.len(), SEED);
         serde_json::to_vec(&correct(&fidelity, chain, correction, None).unwrap()).unwrap()
     };
 
@@ -142,8 +157,12 @@ fn a_correction_broken_off_and_taken_up_again_ends_in_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let checkpoint = SearchCheckpoint::new(&place.path().join("state.json"), "key");
     most.store(chain.runs.len() as u64 + 48, Ordering::Relaxed);
-    let stopped =
-        correct(&fidelity, chain.clone(), Correction::new(&fidelity, &chain.runs, SEED), Some(checkpoint.clone()));
+    let stopped = correct(
+        &fidelity,
+        chain.clone(),
+        Correction::new(&fidelity, &chain.runs, chain.runs.len(), SEED),
+        Some(checkpoint.clone()),
+    );
     assert!(matches!(stopped, Err(FitError::Stopped { runs: 48 })), "{stopped:?}");
     most.store(u64::MAX, Ordering::Relaxed);
     let saved: Correction = checkpoint.restore().unwrap().unwrap();
@@ -161,7 +180,7 @@ fn the_ladder_holds_the_truth_of_a_reduced_record_that_the_chain_alone_misses() 
     let [alpha, _] = chain.estimates.as_slice() else { panic!("{:?}", chain.estimates) };
     assert!(!holds(alpha, truth[0]), "{alpha:?} {truth:?}");
     let fidelity = FidelityLevel::new(&forward, bodies(&scene), &scene);
-    let correction = Correction::new(&fidelity, &chain.runs, SEED);
+    let correction = Correction::new(&fidelity, &chain.runs, chain.runs.len(), SEED);
     let corrected = correct(&fidelity, chain, correction, None).unwrap();
     for (estimate, truth) in corrected.estimates.iter().zip(&truth) {
         assert!(holds(estimate, *truth), "{estimate:?} {truth}");
@@ -181,13 +200,13 @@ fn a_correction_led_to_an_empty_place_looks_for_itself_and_finds_the_truths_plac
     let forward = forward(&scene, &recording, Arc::new(|_| true));
     let fidelity = FidelityLevel::new(&forward, bodies(&scene), &scene);
     let chain = searched(&forward);
-    let right = Correction::new(&fidelity, &chain.runs, SEED);
+    let right = Correction::new(&fidelity, &chain.runs, chain.runs.len(), SEED);
     // What the chain found, moved into the corner of weakest drive and strongest damping, where no run resembles the record.
     let mut misled = chain.runs.clone();
     for run in &mut misled {
         run.position = vec![0.05 * run.position[0], 0.95 + 0.05 * run.position[1]];
     }
-    let misled = Correction::new(&fidelity, &misled, SEED);
+    let misled = Correction::new(&fidelity, &misled, misled.len(), SEED);
     let place = tempfile::tempdir().unwrap();
     let mut ended = Vec::new();
     for (name, correction) in [("right", right), ("misled", misled)] {

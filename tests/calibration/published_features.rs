@@ -4,8 +4,9 @@ use std::{fs, path::Path, process::Command, sync::Arc};
 
 use granchain::{
     calibration::{
-        fit::{Verdict, fit},
+        fit::{Verdict, answer, to_end},
         forward::{Forward, Uncertainty},
+        multi_record::MultiRecord,
         parameter::Parameter,
         printed::PublishedComparison,
         search::Search,
@@ -74,7 +75,9 @@ fn fitted(synthetic: &Synthetic, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let parameters = vec![Parameter::alpha(), Parameter::damping(truth.damping.kind).unwrap()];
     let watch = Arc::new(|_| true);
     let forward = Forward::new(&truth, None, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
-    let found = fit(&forward, Search::new(&forward, 600, seed), None).unwrap();
+    let joint = MultiRecord::from(&forward);
+    let search = to_end(joint.clone(), Search::new(&forward, 600, seed), None, |search| search.runs.len()).unwrap();
+    let found = answer(&joint, &search).unwrap();
     let ends = found.estimates.iter().zip([alpha, damping]);
     (ends.map(|(e, truth)| ((e.low / truth).ln(), (e.high / truth).ln())).collect(), found.verdict)
 }

@@ -147,13 +147,8 @@ struct Motion {
 }
 
 impl Correction {
-    /// A correction that starts from the chain's runs `searched`.
-    pub fn new(fidelity: &FidelityLevel, searched: &[Run], seed: u64) -> Self {
-        Self::above(fidelity, searched, searched.len(), seed)
-    }
-
     /// A correction that starts from the runs of the level below; `before` counts the runs of all levels below.
-    pub(crate) fn above(fidelity: &FidelityLevel, searched: &[Run], before: usize, seed: u64) -> Self {
+    pub fn new(fidelity: &FidelityLevel, searched: &[Run], before: usize, seed: u64) -> Self {
         let chain = &fidelity.chain;
         Self {
             pairs: vec![],

@@ -1,6 +1,6 @@
 //! One fit: search, regression, point estimate, interval, verdict.
 
-use argmin::core::{Error, Executor, State, TerminationReason, TerminationStatus};
+use argmin::core::{Error, Executor, Solver, State, TerminationReason, TerminationStatus};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -17,7 +17,7 @@ use super::{
     multi_record::{MultiRecord, Share, shares},
     parameter::{Parameter, widened},
     posterior::{Lobe, Posterior},
-    search::{Search, ranking},
+    search::{Search, SearchState, ranking},
     waveform::WaveformFit,
 };
 use granchain_record::run_log::RunLogError;
@@ -244,35 +244,24 @@ pub enum FitError {
     Search(#[source] Error),
 }
 
-/// Runs a search to its end (from its current state) for one record or several, and reads the answer from all runs.
-pub fn fit(
-    problem: impl Into<MultiRecord>,
-    search: Search,
+/// Runs a search or a correction to its end, from its current state; `made` counts its runs.
+pub fn to_end<P, S: Solver<P, SearchState> + Serialize + Clone>(
+    problem: P,
+    solver: S,
     checkpoint: Option<SearchCheckpoint>,
-) -> Result<Fit, FitError> {
-    let joint = problem.into();
-    let search = searched(joint.clone(), search, checkpoint)?;
-    answer(&joint, &search)
-}
-
-/// Runs a search to its end from its current state.
-pub fn searched(
-    problem: impl Into<MultiRecord>,
-    search: Search,
-    checkpoint: Option<SearchCheckpoint>,
-) -> Result<Search, FitError> {
-    let mut executor = Executor::new(problem.into(), search).ctrlc(false).timer(false);
+    made: fn(&S) -> usize,
+) -> Result<S, FitError> {
+    let mut executor = Executor::new(problem, solver).ctrlc(false).timer(false);
     if let Some(checkpoint) = checkpoint {
         executor = executor.checkpointing(checkpoint);
     }
     let result = executor.run().map_err(FitError::Search)?;
-    let stopped =
-        matches!(result.state.get_termination_status(), TerminationStatus::Terminated(TerminationReason::Interrupt));
-    let search = result.solver;
-    if stopped {
-        return Err(FitError::Stopped { runs: search.runs.len() });
+    match result.state.get_termination_status() {
+        TerminationStatus::Terminated(TerminationReason::Interrupt) => {
+            Err(FitError::Stopped { runs: made(&result.solver) })
+        }
+        _ => Ok(result.solver),
     }
-    Ok(search)
 }
 
 /// Answer of the amplitudes alone.
@@ -286,7 +275,7 @@ pub(crate) struct Standing {
 /// Answer and p-value of the amplitudes for a search that has ended.
 pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Result<Standing, FitError> {
     let joint = problem.into();
-    let search = searched(joint.clone(), search, None)?;
+    let search = to_end(joint.clone(), search, None, |search| search.runs.len())?;
     let training = search.training(search.runs.len());
     let judged = Posterior::of(&training, joint.first().parameters.len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());
@@ -321,31 +310,6 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
     Ok(Fit { history, runs: search.runs.clone(), ..answer })
-}
-
-/// Runs a correction of the chain's fit to its end (from its current state) and reads the answer from the upper
-/// level's runs.
-pub fn correct(
-    fidelity: &FidelityLevel,
-    chain: Fit,
-    correction: Correction,
-    checkpoint: Option<SearchCheckpoint>,
-) -> Result<Fit, FitError> {
-    corrected(fidelity, chain, &paired(fidelity, correction, checkpoint)?)
-}
-
-/// Runs a correction to its end from its current state.
-pub(crate) fn paired(
-    fidelity: &FidelityLevel,
-    correction: Correction,
-    checkpoint: Option<SearchCheckpoint>,
-) -> Result<Correction, FitError> {
-    let mut executor = Executor::new(fidelity.clone(), correction).ctrlc(false).timer(false);
-    if let Some(checkpoint) = checkpoint {
-        executor = executor.checkpointing(checkpoint);
-    }
-    let correction = executor.run().map_err(FitError::Search)?.solver;
-    if correction.is_finished() { Ok(correction) } else { Err(FitError::Stopped { runs: correction.pairs.len() }) }
 }
 
 /// Reads the answer from the upper level's runs of a correction that has ended, then again with the mesh error found

@@ -13,7 +13,7 @@ use super::{
     drive::RecordedDrive,
     fidelity::{Bodies, FidelityLevel, chain_below},
     fingerprints::CandidateRuns,
-    fit::{Fit, FitError, answer, corrected, corrected_by, paired, searched},
+    fit::{Fit, FitError, answer, corrected, corrected_by, to_end},
     forward::{Forward, Run, Watch},
     likelihood::TrainingRuns,
     multi_record::MultiRecord,
@@ -125,7 +125,8 @@ pub(super) fn fit_levels(
         {
             return Err(Refusal::Checkpoint(checkpoint.impossible()));
         }
-        let made = searched(joint.clone(), found.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
+        let search = found.unwrap_or_else(fresh);
+        let made = to_end(joint.clone(), search, checkpoint, |search| search.runs.len()).map_err(failed)?;
         let batches = parted(&made.runs, &made.batches);
         let fit = answer(&joint, &made);
         if let Some(narrow) = kept.take() {
@@ -199,7 +200,7 @@ pub(super) fn fit_levels(
         }));
         let started = Instant::now();
         let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
-        let fresh = || Correction::above(fidelity, &fit.runs, before, seed);
+        let fresh = || Correction::new(fidelity, &fit.runs, before, seed);
         if let (Some(found), Some(checkpoint)) = (&correction, &checkpoint)
             && !found.may_follow(&fresh())
         {
@@ -221,7 +222,9 @@ pub(super) fn fit_levels(
                 correction
             }
             None => {
-                let correction = paired(fidelity, correction.unwrap_or_else(fresh), checkpoint).map_err(failed)?;
+                let correction = correction.unwrap_or_else(fresh);
+                let correction =
+                    to_end(fidelity.clone(), correction, checkpoint, |it| it.pairs.len()).map_err(failed)?;
                 fit = corrected(fidelity, fit, &correction).map_err(failed)?;
                 correction
             }

@@ -28,7 +28,7 @@ use super::{
 pub(crate) const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 
 /// State that argmin's executor carries: the best position and its misfit.
-pub(crate) type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
+pub type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// Sizes of the elites, one a batch of stage 2.
 const ELITES: [usize; 5] = [24, 20, 16, 12, 10];
