@@ -29,13 +29,16 @@ use crate::{
 use crate::{
     divided::Divided,
     failure::{StudyError, enough, reasons},
-    paper::LAWS,
+    paper::{
+        LAWS,
+        statements::{PEAK_HALF_DIGIT, SWEPT_ALPHAS},
+    },
 };
 use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, Moments, Spread},
     observation,
-    published::{MEASURED, PEAK_HALF_DIGIT, Peaks, SWEPT_ALPHAS},
+    published::{MEASURED, Peaks},
     replicates::Watch,
 };
 use granchain_model::scene::Scene;

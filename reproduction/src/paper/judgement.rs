@@ -12,11 +12,14 @@
 
 use serde::Serialize;
 
-use super::{LAWS, LawOutcome, PaperOutcome, SweepPoint, moment};
+use super::{
+    LAWS, LawOutcome, PaperOutcome, SweepPoint, moment,
+    statements::{Claim, PEAK_HALF_DIGIT, STATEMENTS, SWEPT_ALPHAS, Statement, Subject},
+};
 use crate::portrait::{IMPULSIVE_CREST, Trait};
 use granchain_calibration::predict::{
     ensemble::Spread,
-    published::{Claim, KUWABARA_KONO, MEASURED, PEAK_HALF_DIGIT, STATEMENTS, SWEPT_ALPHAS, Statement, Subject},
+    published::{KUWABARA_KONO, MEASURED},
 };
 use granchain_signal::feature::Ratio;
 

@@ -2,11 +2,12 @@
 //! amplitude scale, every printed statement beside ours, and how much each reading of what is not printed matters.
 //!
 //! A study falls into points ([`PaperPoint`]) in four stages; [`judge`] holds the outcome against
-//! `granchain_calibration::predict::published::STATEMENTS`.
+//! [`STATEMENTS`](statements::STATEMENTS).
 
 mod judgement;
 mod reading;
 mod rigid;
+pub mod statements;
 
 use std::ops::Range;
 
@@ -25,7 +26,6 @@ use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, Moments, Spread},
     observation,
-    published::SWEPT_ALPHAS,
     replicates::Watch,
 };
 use granchain_model::{
@@ -37,6 +37,7 @@ use granchain_signal::{
     feature::{AmplitudeSpectrum, FeatureSettings, Ratio, amplitude_spectrum},
 };
 
+use self::statements::SWEPT_ALPHAS;
 pub use judgement::{Judgement, Verdict, allowance, chose_the_readings, judge};
 pub use reading::{Change, READINGS, Reading, ReadingOutcome, ReadingRuns};
 pub use rigid::{RigidOutcome, RigidRun};

@@ -54,7 +54,7 @@ fn the_study_of_the_paper_judges_every_statement() {
     let output = study(&flags);
     assert!(output.status.success(), "{}", said(&output));
     let judgements = json(&out.join("paper.json"))["judgements"].as_array().unwrap().len();
-    assert_eq!(judgements, granchain_calibration::predict::published::STATEMENTS.len());
+    assert_eq!(judgements, granchain_reproduction::paper::statements::STATEMENTS.len());
     assert!(String::from_utf8_lossy(&output.stdout).contains("linear.best-alpha"));
     // The page names the command that made it.
     assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("--quick --replicates 2"));

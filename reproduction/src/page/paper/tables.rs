@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use crate::paper::{Judgement, LAWS, PaperOutcome, ReadingOutcome, Verdict, chose_the_readings};
-use crate::portrait::{LINES, PRESENT_LEVEL, PRESENT_PROMINENCE, Trait};
-use granchain_calibration::predict::{
-    Spread,
-    published::{Claim, Subject},
+use crate::paper::{
+    Judgement, LAWS, PaperOutcome, ReadingOutcome, Verdict, chose_the_readings,
+    statements::{Claim, Subject},
 };
+use crate::portrait::{LINES, PRESENT_LEVEL, PRESENT_PROMINENCE, Trait};
+use granchain_calibration::predict::Spread;
 use granchain_report::{
     number::{fixed, significant},
     page::{Column, Table},

@@ -1,11 +1,11 @@
 //! Sentences of the study of the paper: what was found, never what was hoped for.
 
 use super::{PaperReport, millimetres, tables};
+use crate::paper::statements::Claim;
 use crate::paper::{
     Change, Judgement, LAWS, PaperOutcome, PaperPlan, ReadingOutcome, Verdict, chose_the_readings, largest,
 };
 use crate::portrait::Trait;
-use granchain_calibration::predict::published::Claim;
 use granchain_report::{
     number::{fixed, significant},
     page::{Block, Tone},
