@@ -331,7 +331,9 @@ struct PublishedRow {
 fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
     let rows = published.features.iter().map(|feature| {
         let (value, uncertainty, unit) = match &feature.statement {
-            Statement::Value { value, uncertainty, dimension, .. } => (Some(*value), *uncertainty, dimension.si_unit()),
+            Statement::Value { quantity, value, uncertainty, .. } => {
+                (Some(*value), *uncertainty, quantity.dimension().si_unit())
+            }
             _ => (None, None, String::new()),
         };
         PublishedRow { name: feature.name.clone(), value, uncertainty, unit, says: say(&feature.statement) }
@@ -348,9 +350,10 @@ fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
 
 fn say(statement: &Statement) -> String {
     match statement {
-        Statement::Value { value, uncertainty, dimension, .. } => {
-            let uncertainty = uncertainty.map(|u| format!(" ± {}", shown(u, *dimension)));
-            format!("{}{}", shown(*value, *dimension), uncertainty.unwrap_or_default())
+        Statement::Value { quantity, value, uncertainty, .. } => {
+            let shown = |value: f64| shown(value, quantity.dimension());
+            let uncertainty = uncertainty.map(|u| format!(" ± {}", shown(u)));
+            format!("{}{}", shown(*value), uncertainty.unwrap_or_default())
         }
         Statement::Line { ratio, present } => {
             format!("line at {ratio} f0 {}", if *present { "present" } else { "absent" })

@@ -7,9 +7,10 @@ use thiserror::Error;
 
 use super::{
     observation::{Observation, Passband},
-    printed::{self, Meaning, PublishedComparison},
+    printed::{self, PublishedComparison},
 };
 use granchain_model::scene::Drive;
+use granchain_record::Statement;
 use granchain_signal::{
     Gap, Series, bridge,
     feature::{Measurand, fingerprint::Fingerprint},
@@ -135,8 +136,8 @@ impl Comparison {
     pub fn measured(&self, index: usize) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
-            Reduction::Published(printed) => match printed.statements.get(index)?.meaning {
-                Meaning::Value { value, .. } => Some(value),
+            Reduction::Published(printed) => match printed.statements.get(index)?.statement {
+                Statement::Value { value, .. } => Some(value),
                 _ => None,
             },
         }
@@ -183,7 +184,7 @@ impl Comparison {
                 fingerprint.names().get(index).is_some_and(|name| name.starts_with("ratio"))
             }
             Reduction::Published(printed) => {
-                printed.statements.get(index).is_some_and(|statement| !statement.meaning.is_velocity())
+                printed.statements.get(index).is_some_and(|statement| !printed::is_velocity(&statement.statement))
             }
         };
         if pure { "1" } else { self.measurand().unit() }

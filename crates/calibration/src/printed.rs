@@ -22,9 +22,9 @@
 use thiserror::Error;
 
 use super::observation::{LATE_NUGGET, highest_cutoff};
-use granchain_record::{PublishedFeatures, Statement};
+use granchain_record::{PublishedFeature, PublishedFeatures, PublishedQuantity as Quantity, Statement};
 use granchain_signal::{
-    Series,
+    Dimension, Series,
     feature::{
         FeatureError, MINIMUM_LINE_PERIODS, PeakSettings, Ratio, Window, line_amplitude, peaks,
         total_harmonic_distortion,
@@ -54,66 +54,18 @@ const SAME_FREQUENCY: f64 = 0.02;
 /// Highest usable line over the cutoff: below it the filter does not affect amplitudes.
 const PASSED: f64 = 0.85;
 
-/// Quantity of a published value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    PositivePeak,
-    NegativePeak,
-    Amplitude(Ratio),
-    /// Ratio of a line to the line at the drive.
-    Ratio(Ratio),
-    Distortion,
+/// Whether the number behind a statement is a velocity.
+pub(crate) fn is_velocity(statement: &Statement) -> bool {
+    matches!(statement, Statement::Value { quantity, .. } if quantity.dimension() == Dimension::VELOCITY)
 }
 
-/// Content of a published statement.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Meaning {
-    Value {
-        quantity: Quantity,
-        /// The number, SI, with its sign.
-        value: f64,
-        /// Its standard uncertainty, SI: printed, or half a unit in the last printed digit.
-        uncertainty: f64,
-        /// Whether the uncertainty is printed.
-        stated: bool,
-    },
-    /// A line is at least [`PRESENT_FROM`] of the line at the drive.
-    Present(Ratio),
-    /// A line is less than that.
-    Absent(Ratio),
-    /// One line is stronger than another.
-    Ordering { stronger: Ratio, weaker: Ratio },
-}
-
-impl Meaning {
-    /// Whether the number behind it is a velocity.
-    pub(crate) fn is_velocity(&self) -> bool {
-        use Quantity::{Amplitude, NegativePeak, PositivePeak};
-        matches!(self, Self::Value { quantity: PositivePeak | NegativePeak | Amplitude(_), .. })
-    }
-
-    /// Whether it can be violated on one side only.
-    pub(crate) fn is_one_sided(&self) -> bool {
-        !matches!(self, Self::Value { .. })
-    }
-}
-
-/// A statement with its name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PublishedStatement {
-    pub name: String,
-    pub meaning: Meaning,
-}
-
-impl PublishedStatement {
-    /// Key of the feature of a published value; `None` for a one-sided statement.
-    pub fn key(&self) -> Option<String> {
-        match self.meaning {
-            Meaning::Value { quantity: Quantity::Amplitude(ratio), .. } => Some(format!("line_{ratio}")),
-            Meaning::Value { quantity: Quantity::Ratio(ratio), .. } => Some(format!("ratio_{ratio}")),
-            Meaning::Value { .. } => Some(self.name.clone()),
-            _ => None,
-        }
+/// Key of the feature of a published value; `None` for a one-sided statement.
+fn key(feature: &PublishedFeature) -> Option<String> {
+    match feature.statement {
+        Statement::Value { quantity: Quantity::Amplitude(ratio), .. } => Some(format!("line_{ratio}")),
+        Statement::Value { quantity: Quantity::Ratio(ratio), .. } => Some(format!("ratio_{ratio}")),
+        Statement::Value { .. } => Some(feature.name.clone()),
+        _ => None,
     }
 }
 
@@ -126,8 +78,6 @@ pub enum PublishedMismatch {
          right scene or drive, or pass --drive-frequency"
     )]
     DriveFrequency { published_hz: f64, scene_hz: f64 },
-    #[error("feature `{name}`: expected positive_peak, negative_peak, thd, amplitude_P/Q or ratio_P/Q with a value")]
-    UnknownFeature { name: String },
     #[error(
         "feature `{name}`: the line at {frequency_hz:.0} Hz lies above {limit_hz:.0} Hz, up to which runs are compared; delete it"
     )]
@@ -153,7 +103,7 @@ pub enum ReductionError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedComparison {
     /// In the publication's order.
-    pub(super) statements: Vec<PublishedStatement>,
+    pub(super) statements: Vec<PublishedFeature>,
     drive_frequency: f64,
     /// Of the features, model time.
     pub(super) window: Window,
@@ -169,19 +119,11 @@ impl PublishedComparison {
         if (drive_frequency / published_hz - 1.0).abs() > SAME_FREQUENCY {
             return Err(PublishedMismatch::DriveFrequency { published_hz, scene_hz: drive_frequency });
         }
-        let statements = published
-            .features
-            .iter()
-            .map(|feature| {
-                let meaning = meaning(&feature.name, &feature.statement)
-                    .ok_or_else(|| PublishedMismatch::UnknownFeature { name: feature.name.clone() })?;
-                Ok(PublishedStatement { name: feature.name.clone(), meaning })
-            })
-            .collect::<Result<Vec<_>, PublishedMismatch>>()?;
         let cutoff = highest_cutoff(drive_frequency);
-        for statement in &statements {
-            for ratio in lines(&statement.meaning) {
-                let name = statement.name.clone();
+        let statements = published.features.clone();
+        for feature in &statements {
+            for ratio in lines(&feature.statement) {
+                let name = feature.name.clone();
                 let (frequency_hz, limit_hz) = (ratio.value() * drive_frequency, PASSED * cutoff);
                 let periods = frequency_hz * window.duration();
                 if frequency_hz > limit_hz {
@@ -192,9 +134,8 @@ impl PublishedComparison {
                 }
             }
         }
-        let largest = statements.iter().filter(|statement| statement.meaning.is_velocity());
-        let largest = largest.filter_map(|statement| match statement.meaning {
-            Meaning::Value { value, .. } => Some(value.abs()),
+        let largest = statements.iter().filter_map(|feature| match feature.statement {
+            Statement::Value { value, .. } if is_velocity(&feature.statement) => Some(value.abs()),
             _ => None,
         });
         let velocity_floor = FLOOR * largest.fold(0.0, f64::max);
@@ -204,34 +145,35 @@ impl PublishedComparison {
     /// The published value of a feature, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,
     /// `ratio_1/3`, `thd`), SI; `None` if no number is published.
     pub fn value(&self, key: &str) -> Option<f64> {
-        self.statements.iter().find(|statement| statement.key().as_deref() == Some(key)).and_then(|statement| {
-            match statement.meaning {
-                Meaning::Value { value, .. } => Some(value),
-                _ => None,
-            }
-        })
+        let found = self.statements.iter().find(|feature| self::key(feature).as_deref() == Some(key))?;
+        match found.statement {
+            Statement::Value { value, .. } => Some(value),
+            _ => None,
+        }
     }
 
     pub(crate) fn targets(&self) -> Vec<f64> {
-        let target = |meaning: &Meaning| match meaning {
-            Meaning::Value { value, .. } => floored(value.abs(), self.floor(meaning)),
-            Meaning::Present(_) | Meaning::Absent(_) => floored(PRESENT_FROM, FLOOR),
-            Meaning::Ordering { .. } => 0.0,
+        let target = |feature: &PublishedFeature| match feature.statement {
+            Statement::Value { value, .. } => floored(value.abs(), self.floor(&feature.statement)),
+            Statement::Line { .. } => floored(PRESENT_FROM, FLOOR),
+            Statement::Ordering { .. } => 0.0,
         };
-        self.statements.iter().map(|statement| target(&statement.meaning)).collect()
+        self.statements.iter().map(target).collect()
     }
 
     /// Smallest scatter of each statement, in ln.
     pub(crate) fn nuggets(&self) -> Vec<f64> {
-        let nugget = |meaning: &Meaning| match meaning {
-            Meaning::Value { value, uncertainty, .. } => LATE_NUGGET.hypot(uncertainty / value),
+        let nugget = |feature: &PublishedFeature| match feature.statement {
+            Statement::Value { value, uncertainty, rounding, .. } => {
+                LATE_NUGGET.hypot(uncertainty.unwrap_or(rounding) / value)
+            }
             _ => SOFTNESS,
         };
-        self.statements.iter().map(|statement| nugget(&statement.meaning)).collect()
+        self.statements.iter().map(nugget).collect()
     }
 
-    fn floor(&self, meaning: &Meaning) -> f64 {
-        if meaning.is_velocity() { self.velocity_floor } else { FLOOR }
+    fn floor(&self, statement: &Statement) -> f64 {
+        if is_velocity(statement) { self.velocity_floor } else { FLOOR }
     }
 
     /// z of each statement for a conditioned pole velocity (m/s, model time).
@@ -242,9 +184,9 @@ impl PublishedComparison {
         let line = |ratio: Ratio| line_amplitude(trace, window, ratio.value() * drive);
         let relative =
             |ratio: Ratio| if reference > 0.0 { Ok(line(ratio) / reference) } else { Err(ReductionError::NoDriveLine) };
-        let one = |meaning: &Meaning| -> Result<f64, ReductionError> {
-            Ok(match *meaning {
-                Meaning::Value { quantity, .. } => {
+        let one = |statement: &Statement| -> Result<f64, ReductionError> {
+            Ok(match *statement {
+                Statement::Value { quantity, .. } => {
                     let simulated = match quantity {
                         Quantity::PositivePeak => extremes.positive.max(0.0),
                         Quantity::NegativePeak => (-extremes.negative).max(0.0),
@@ -252,16 +194,17 @@ impl PublishedComparison {
                         Quantity::Ratio(ratio) => relative(ratio)?,
                         Quantity::Distortion => total_harmonic_distortion(trace, window, drive, Some(self.cutoff))?,
                     };
-                    floored(simulated, self.floor(meaning))
+                    floored(simulated, self.floor(statement))
                 }
-                Meaning::Present(ratio) => floored(relative(ratio)?.min(PRESENT_FROM), FLOOR),
-                Meaning::Absent(ratio) => floored(relative(ratio)?.max(PRESENT_FROM), FLOOR),
-                Meaning::Ordering { stronger, weaker } => {
+                Statement::Line { ratio, present: true } => floored(relative(ratio)?.min(PRESENT_FROM), FLOOR),
+                Statement::Line { ratio, present: false } => floored(relative(ratio)?.max(PRESENT_FROM), FLOOR),
+                Statement::Ordering { stronger, weaker, holds } => {
+                    let (stronger, weaker) = if holds { (stronger, weaker) } else { (weaker, stronger) };
                     (floored(relative(stronger)?, FLOOR) - floored(relative(weaker)?, FLOOR)).min(0.0)
                 }
             })
         };
-        self.statements.iter().map(|statement| one(&statement.meaning)).collect()
+        self.statements.iter().map(|feature| one(&feature.statement)).collect()
     }
 
     /// Description of how each statement is compared.
@@ -269,28 +212,28 @@ impl PublishedComparison {
         let mut said: Vec<String> = self
             .statements
             .iter()
-            .filter_map(|statement| match statement.meaning {
-                Meaning::Value { value, uncertainty, stated: false, .. } => Some(format!(
+            .filter_map(|feature| match feature.statement {
+                Statement::Value { value, uncertainty: None, rounding, .. } => Some(format!(
                     "{}: no uncertainty is printed, half a unit of its last digit ({:.2} %) is taken for one standard deviation",
-                    statement.name,
-                    100.0 * uncertainty / value.abs()
+                    feature.name,
+                    100.0 * rounding / value.abs()
                 )),
                 _ => None,
             })
             .collect();
-        let named = |wanted: fn(&Meaning) -> bool| {
+        let named = |wanted: fn(&Statement) -> bool| {
             let names: Vec<&str> = self
                 .statements
                 .iter()
-                .filter(|statement| wanted(&statement.meaning))
-                .map(|statement| statement.name.as_str())
+                .filter(|feature| wanted(&feature.statement))
+                .map(|feature| feature.name.as_str())
                 .collect();
             names.join(", ")
         };
         let decibel = 20.0 * PRESENT_FROM.log10();
         for (names, what) in [
-            (named(|meaning| matches!(meaning, Meaning::Present(_))), "present: counts as fulfilled from"),
-            (named(|meaning| matches!(meaning, Meaning::Absent(_))), "absent: counts as fulfilled up to"),
+            (named(|it| matches!(it, Statement::Line { present: true, .. })), "present: counts as fulfilled from"),
+            (named(|it| matches!(it, Statement::Line { present: false, .. })), "absent: counts as fulfilled up to"),
         ] {
             if !names.is_empty() {
                 said.push(format!(
@@ -299,7 +242,7 @@ impl PublishedComparison {
                 ));
             }
         }
-        let ordered = named(|meaning| matches!(meaning, Meaning::Ordering { .. }));
+        let ordered = named(|it| matches!(it, Statement::Ordering { .. }));
         if !ordered.is_empty() {
             said.push(format!("{ordered}: amplitudes of lines compared, to one side only and no sharper than 3 dB"));
         }
@@ -319,37 +262,13 @@ fn floored(value: f64, floor: f64) -> f64 {
     0.5 * (value * value + floor * floor).ln()
 }
 
-fn meaning(name: &str, statement: &Statement) -> Option<Meaning> {
-    Some(match statement {
-        Statement::Value { value, uncertainty, rounding, .. } => {
-            let ratio = |prefix: &str| name.strip_prefix(prefix)?.parse::<Ratio>().ok();
-            let quantity = match name {
-                "positive_peak" => Quantity::PositivePeak,
-                "negative_peak" => Quantity::NegativePeak,
-                "thd" => Quantity::Distortion,
-                _ => ratio("amplitude_").map(Quantity::Amplitude).or(ratio("ratio_").map(Quantity::Ratio))?,
-            };
-            let stated = uncertainty.is_some();
-            Meaning::Value { quantity, value: *value, uncertainty: uncertainty.unwrap_or(*rounding), stated }
-        }
-        Statement::Line { ratio, present: true } => Meaning::Present(ratio.parse().ok()?),
-        Statement::Line { ratio, present: false } => Meaning::Absent(ratio.parse().ok()?),
-        Statement::Ordering { stronger, weaker, holds } => {
-            let (stronger, weaker) = (stronger.parse().ok()?, weaker.parse().ok()?);
-            let (stronger, weaker) = if *holds { (stronger, weaker) } else { (weaker, stronger) };
-            Meaning::Ordering { stronger, weaker }
-        }
-    })
-}
-
 /// The lines a statement is about.
-fn lines(meaning: &Meaning) -> Vec<Ratio> {
-    match *meaning {
-        Meaning::Value { quantity: Quantity::Amplitude(ratio) | Quantity::Ratio(ratio), .. }
-        | Meaning::Present(ratio)
-        | Meaning::Absent(ratio) => vec![ratio],
-        Meaning::Ordering { stronger, weaker } => vec![stronger, weaker],
-        Meaning::Value { .. } => vec![],
+fn lines(statement: &Statement) -> Vec<Ratio> {
+    match *statement {
+        Statement::Value { quantity: Quantity::Amplitude(ratio) | Quantity::Ratio(ratio), .. }
+        | Statement::Line { ratio, .. } => vec![ratio],
+        Statement::Ordering { stronger, weaker, .. } => vec![stronger, weaker],
+        Statement::Value { .. } => vec![],
     }
 }
 

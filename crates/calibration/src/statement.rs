@@ -11,6 +11,7 @@ use super::{
     waveform::WaveformFit,
 };
 use granchain_model::scene::Scene;
+use granchain_record::Statement;
 use granchain_signal::number::engineering;
 
 /// |correlation| from which two parameters are called strongly correlated.
@@ -347,7 +348,7 @@ const MISSED: f64 = 1.0;
 pub fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
     let mut said = Vec::new();
     let (one_sided, values): (Vec<_>, Vec<_>) =
-        printed.statements.iter().enumerate().partition(|(_, statement)| statement.meaning.is_one_sided());
+        printed.statements.iter().enumerate().partition(|(_, it)| !matches!(it.statement, Statement::Value { .. }));
     let (numbers, free) = (values.len(), fit.parameters.len());
     if numbers <= free {
         said.push(format!(

@@ -62,7 +62,7 @@ pub use mask::{MaskError, MaskReason, Masked, Masking};
 pub use noise::NoiseSource;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use place::{Place, line_of};
-pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, Statement};
+pub use published::{PublishedCase, PublishedError, PublishedFeature, PublishedFeatures, PublishedQuantity, Statement};
 pub use read::{horn_column, inspect_record, read_head, read_record, read_record_bytes};
 pub use reading::{BenchReadings, BenchReadingsError, Reading, ReadingError};
 pub use record::{Record, RecordedQuantity};

@@ -36,7 +36,7 @@ use std::{
 use serde::Deserialize;
 use toml::Spanned;
 
-use granchain_signal::{Dimension, Quantity};
+use granchain_signal::{Dimension, Quantity, feature::Ratio};
 
 use super::{MeasurementError, line_of, read::read_file, sha256};
 
@@ -74,26 +74,55 @@ pub struct PublishedFeature {
     pub note: Option<String>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+/// Quantity of a published value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PublishedQuantity {
+    PositivePeak,
+    NegativePeak,
+    Amplitude(Ratio),
+    /// Ratio of a line to the line at the drive.
+    Ratio(Ratio),
+    Distortion,
+}
+
+impl PublishedQuantity {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "positive_peak" => Self::PositivePeak,
+            "negative_peak" => Self::NegativePeak,
+            "thd" => Self::Distortion,
+            _ => match name.split_once('_')? {
+                ("amplitude", line) => Self::Amplitude(ratio(line)?),
+                ("ratio", line) => Self::Ratio(ratio(line)?),
+                _ => return None,
+            },
+        })
+    }
+
+    /// A velocity, or a pure number.
+    #[must_use]
+    pub fn dimension(self) -> Dimension {
+        match self {
+            Self::PositivePeak | Self::NegativePeak | Self::Amplitude(_) => Dimension::VELOCITY,
+            Self::Ratio(_) | Self::Distortion => Dimension::NONE,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Statement {
     Value {
+        quantity: PublishedQuantity,
         value: f64,
         /// Its standard uncertainty, SI, where printed.
         uncertainty: Option<f64>,
         /// Half a unit in its last printed digit, SI: used if no uncertainty is printed.
         rounding: f64,
-        dimension: Dimension,
     },
     /// The line at this fraction of the drive is present, or is not.
-    Line { ratio: String, present: bool },
+    Line { ratio: Ratio, present: bool },
     /// One line is stronger than another, or (in a printed simulation) is not.
-    Ordering {
-        /// `P/Q` or `P` of the stronger line.
-        stronger: String,
-        /// `P/Q` or `P` of the weaker line.
-        weaker: String,
-        holds: bool,
-    },
+    Ordering { stronger: Ratio, weaker: Ratio, holds: bool },
 }
 
 #[derive(Deserialize)]
@@ -150,13 +179,11 @@ impl Cell {
     }
 }
 
-const PLAIN_NAMES: [(&str, Dimension); 3] =
-    [("positive_peak", Dimension::VELOCITY), ("negative_peak", Dimension::VELOCITY), ("thd", Dimension::NONE)];
-
-/// Whether `text` is `P` or `P/Q` in positive whole numbers.
-fn is_ratio(text: &str) -> bool {
-    let whole = |text: &str| text.parse::<u32>().is_ok_and(|n| n > 0);
-    text.split_once('/').map_or_else(|| whole(text), |(p, q)| whole(p) && whole(q))
+/// `P` or `P/Q` in positive whole numbers.
+fn ratio(text: &str) -> Option<Ratio> {
+    let whole = |text: &str| text.parse().ok().filter(|n| *n > 0);
+    let (p, q) = text.split_once('/').unwrap_or((text, "1"));
+    Some(Ratio::new(whole(p)?, whole(q)?))
 }
 
 impl PublishedFeatures {
@@ -301,7 +328,8 @@ impl Reader<'_> {
         let name = feature.name.as_ref().as_str();
         let statement = match (&feature.value, feature.present, &feature.ordering) {
             (Some(value), None, None) => {
-                let dimension = self.dimension(name, line)?;
+                let quantity = self.quantity_named(name, line)?;
+                let dimension = quantity.dimension();
                 let unit = feature.unit.as_deref();
                 let uncertainty =
                     feature.uncertainty.as_ref().map(|u| self.quantity(name, u, unit, dimension)).transpose()?;
@@ -319,10 +347,10 @@ impl Reader<'_> {
                 if name != "negative_peak" && value <= 0.0 {
                     return Err(self.statement(at, name, "a value above 0", format!("{value}")));
                 }
-                Statement::Value { value, uncertainty, rounding, dimension }
+                Statement::Value { quantity, value, uncertainty, rounding }
             }
-            (None, Some(present), None) => match name.strip_prefix("line_").filter(|ratio| is_ratio(ratio)) {
-                Some(ratio) => Statement::Line { ratio: ratio.into(), present },
+            (None, Some(present), None) => match name.strip_prefix("line_").and_then(ratio) {
+                Some(ratio) => Statement::Line { ratio, present },
                 None => {
                     let expected = "a name such as `line_1/3` for a line that is present or absent";
                     return Err(self.statement(line, name, expected, format!("`{name}`")));
@@ -330,10 +358,8 @@ impl Reader<'_> {
             },
             (None, None, Some(ordering)) => {
                 let parts = ordering.as_ref().split_once('>').map(|(a, b)| (a.trim(), b.trim()));
-                match parts.filter(|(a, b)| is_ratio(a) && is_ratio(b)) {
-                    Some((stronger, weaker)) => {
-                        Statement::Ordering { stronger: stronger.into(), weaker: weaker.into(), holds: true }
-                    }
+                match parts.and_then(|(a, b)| Some((ratio(a)?, ratio(b)?))) {
+                    Some((stronger, weaker)) => Statement::Ordering { stronger, weaker, holds: true },
                     None => {
                         let line = self.position(ordering.span()).0;
                         let expected = "two lines such as \"1/3 > 1/2\"";
@@ -361,18 +387,16 @@ impl Reader<'_> {
                 let (feature, case) = (name.into(), case.clone());
                 return Err(PublishedError::UnknownCase { path: self.path.into(), line, feature, case });
             }
-            let given = match (&statement, cell.as_ref()) {
-                (Statement::Value { dimension, .. }, _) => Statement::Value {
-                    value: self.quantity(name, cell, feature.unit.as_deref(), *dimension)?,
+            let given = match (statement, cell.as_ref()) {
+                (Statement::Value { quantity, .. }, _) => Statement::Value {
+                    quantity,
+                    value: self.quantity(name, cell, feature.unit.as_deref(), quantity.dimension())?,
                     uncertainty: None,
-                    rounding: self.rounding(name, cell, feature.unit.as_deref(), *dimension)?,
-                    dimension: *dimension,
+                    rounding: self.rounding(name, cell, feature.unit.as_deref(), quantity.dimension())?,
                 },
-                (Statement::Line { ratio, .. }, Cell::Holds(present)) => {
-                    Statement::Line { ratio: ratio.clone(), present: *present }
-                }
+                (Statement::Line { ratio, .. }, Cell::Holds(present)) => Statement::Line { ratio, present: *present },
                 (Statement::Ordering { stronger, weaker, .. }, Cell::Holds(holds)) => {
-                    Statement::Ordering { stronger: stronger.clone(), weaker: weaker.clone(), holds: *holds }
+                    Statement::Ordering { stronger, weaker, holds: *holds }
                 }
                 (_, cell) => return Err(self.statement(line, name, "true or false", cell.shown())),
             };
@@ -381,14 +405,9 @@ impl Reader<'_> {
         Ok(PublishedFeature { name: name.into(), statement, cases: printed, note: feature.note.clone() })
     }
 
-    fn dimension(&self, name: &str, line: usize) -> Result<Dimension, PublishedError> {
-        if let Some((_, dimension)) = PLAIN_NAMES.iter().find(|(known, _)| *known == name) {
-            return Ok(*dimension);
-        }
-        for (prefix, dimension) in [("amplitude_", Dimension::VELOCITY), ("ratio_", Dimension::NONE)] {
-            if name.strip_prefix(prefix).is_some_and(is_ratio) {
-                return Ok(dimension);
-            }
+    fn quantity_named(&self, name: &str, line: usize) -> Result<PublishedQuantity, PublishedError> {
+        if let Some(quantity) = PublishedQuantity::named(name) {
+            return Ok(quantity);
         }
         let nearest = ["positive_peak", "negative_peak", "thd", "amplitude_1/3", "ratio_1/3", "line_1/3"]
             .into_iter()
@@ -447,11 +466,11 @@ case.linear = false
         assert!(matches!(peak.cases["linear"], Statement::Value { value, .. } if value == 0.296));
         assert_eq!(
             published.feature("line_2/3").unwrap().statement,
-            Statement::Line { ratio: "2/3".into(), present: true }
+            Statement::Line { ratio: Ratio::new(2, 3), present: true }
         );
         assert_eq!(
             published.feature("thirds").unwrap().cases["linear"],
-            Statement::Ordering { stronger: "1/3".into(), weaker: "1/2".into(), holds: false }
+            Statement::Ordering { stronger: Ratio::new(1, 3), weaker: Ratio::new(1, 2), holds: false }
         );
     }
 
