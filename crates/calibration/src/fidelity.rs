@@ -64,11 +64,6 @@ pub struct FidelityLevel {
     kept: Option<Arc<RunStore>>,
 }
 
-/// The scene for a search above the chain: as many samples a drive period as the chain has steps.
-pub(crate) fn fidelity_scene(scene: &Scene) -> Scene {
-    sampled_scene(scene)
-}
-
 /// The chain for a model with bodies, with contact laws fitted to the same bodies at rest. A chain scene is returned
 /// unchanged.
 pub fn chain_below(scene: &Scene) -> Scene {
@@ -124,9 +119,9 @@ pub struct Bodies {
 impl Bodies {
     /// Prepares the bodies of a scene; those of its own model are read from `cache` if present.
     pub fn new(scene: &Scene, cache: Option<&Cache>) -> Result<Self, ModelError> {
-        let prepared = Arc::new(model::prepare_with(&fidelity_scene(scene), cache)?);
+        let prepared = Arc::new(model::prepare_with(&sampled_scene(scene), cache)?);
         let below = model::prepare_with(&chain_below(scene), cache)?;
-        let finer = finer_scene(&fidelity_scene(scene));
+        let finer = finer_scene(&sampled_scene(scene));
         let finer = finer.map(|scene| model::prepare_with(&scene, cache).map(Arc::new)).transpose()?;
         let laws = below.contact_laws().cloned();
         let below = reduced_below(scene).map(|scene| Self::new(&scene, cache).map(|bodies| Box::new((scene, bodies))));
@@ -151,7 +146,7 @@ impl Bodies {
 impl FidelityLevel {
     /// The runs of `chain`, on the bodies of `scene`.
     pub fn new(chain: &Forward, prepared: Arc<Prepared>, scene: &Scene) -> Self {
-        let mut scene = fidelity_scene(scene);
+        let mut scene = sampled_scene(scene);
         scene.duration = chain.comparison.duration(&scene.drive);
         Self { chain: chain.clone().in_blocks(), prepared, scene, below: None, finer: None, kept: None }
     }
@@ -332,7 +327,7 @@ mod tests {
 
     #[test]
     fn the_finer_level_has_one_and_a_half_times_the_elements_and_at_least_as_many_more_steps() {
-        let scene = fidelity_scene(&scene::load("annulus", &["model.kind=reduced".into()]).unwrap());
+        let scene = sampled_scene(&scene::load("annulus", &["model.kind=reduced".into()]).unwrap());
         let finer = finer_scene(&scene).unwrap();
         let steps = |scene: &Scene| (scene.output_step / scene.model.reduced.step).round();
         assert_eq!((steps(&scene), steps(&finer)), (2.0, 3.0));

@@ -21,7 +21,7 @@ const RIDGE: f64 = 0.7;
 const WIDE: f64 = 0.5;
 
 /// Difference of ln evidence from which a damping law is preferred.
-pub(crate) const DECISIVE: f64 = 3.0;
+const DECISIVE: f64 = 3.0;
 
 /// Statements that a reader needs before using the values.
 pub fn statements(fit: &Fit) -> Vec<String> {
@@ -391,35 +391,16 @@ fn percent_of_width(width: f64) -> String {
 
 /// The value of a choice (law, mount) that the record prefers, each represented by its best fit; values in `excluded`
 /// have no comparable run. `None` if undecided.
+///
+/// The difference of ln evidence must reach 3; a choice whose fit lies outside its own scatter while another's lies within
+/// loses whatever its evidence.
 pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
     let explains = |fit: &Fit| fit.verdict.explains();
-    let mut best: Vec<(String, &Fit)> = Vec::new();
-    for (name, fit) in fits {
-        match best.iter_mut().find(|(known, _)| known == name) {
-            None => best.push((name.clone(), fit)),
-            Some((_, known)) => {
-                let rank = |fit: &Fit| (explains(fit), fit.log_evidence);
-                if rank(fit).partial_cmp(&rank(known)) == Some(std::cmp::Ordering::Greater) {
-                    *known = fit;
-                }
-            }
-        }
-    }
-    match best.as_slice() {
-        [(only, _)] if excluded.iter().any(|name| name != only) => Some(only.clone()),
-        several => preferred(several),
-    }
-}
-
-/// The damping law that the record prefers, or `None` if undecided.
-///
-/// The difference of ln evidence must reach 3; a law whose fit lies outside its own scatter while another's lies within
-/// loses whatever its evidence.
-pub fn preferred(laws: &[(String, &Fit)]) -> Option<String> {
-    let explains = |fit: &Fit| fit.verdict.explains();
-    let mut ranked: Vec<&(String, &Fit)> = laws.iter().collect();
+    let mut ranked: Vec<&(String, &Fit)> = fits.iter().collect();
     ranked.sort_by(|a, b| explains(b.1).cmp(&explains(a.1)).then(b.1.log_evidence.total_cmp(&a.1.log_evidence)));
-    let (best, second) = (ranked.first()?, ranked.get(1)?);
-    let decided = best.1.log_evidence - second.1.log_evidence >= DECISIVE;
-    decided.then(|| best.0.clone())
+    let (best, fit) = ranked.first()?;
+    match ranked.iter().find(|(name, _)| name != best) {
+        Some((_, second)) => (fit.log_evidence - second.log_evidence >= DECISIVE).then(|| best.clone()),
+        None => excluded.iter().any(|name| name != best).then(|| best.clone()),
+    }
 }

@@ -19,7 +19,7 @@ use granchain_calibration::{
     fit::{Estimate, Fit, Verdict},
     forward::Uncertainty,
     parameter::{Parameter, ParameterError},
-    statement::preferred,
+    statement::preferred_of,
     synthetic::{Flaw, Truth, scene_of, synthetic, with_law, with_other_law},
 };
 use granchain_model::{
@@ -248,10 +248,10 @@ fn outcome(workshop: &Workshop, base: &Scene, plan: &SyntheticPlan, number: u64)
     {
         let other_scene = with_other_law(&scene);
         named_law = Some(match &fit_to(&other_scene).ok() {
-            Some(other) => preferred(&[
-                (scene.damping.kind.name().to_owned(), own),
-                (other_scene.damping.kind.name().to_owned(), other),
-            ]),
+            Some(other) => {
+                let [own_law, other_law] = [&scene, &other_scene].map(|scene| scene.damping.kind.name().to_owned());
+                preferred_of(&[(own_law, own), (other_law, other)], &[])
+            }
             None => Some(scene.damping.kind.name().to_owned()),
         });
     }

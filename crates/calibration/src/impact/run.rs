@@ -66,13 +66,6 @@ pub struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// The scene at a point of the box.
-    pub(crate) fn scene_at(&self, at: &[f64]) -> Scene {
-        let mut scene = self.scene.clone();
-        self.parameters.iter().zip(at).for_each(|(parameter, u)| parameter.set(&mut scene, parameter.value(*u)));
-        scene
-    }
-
     /// Runs `numbers` of a low-discrepancy design within a part of the box; the same for any number of threads.
     pub fn runs(&self, numbers: std::ops::Range<u32>, within: &[[f64; 2]]) -> Vec<Run> {
         numbers.into_par_iter().map(|number| self.run(number, within)).collect()
@@ -86,7 +79,8 @@ impl Bench<'_> {
         let nuisance = Nuisance::from_fn(|_, _| StandardNormal.sample(&mut random));
         let own: f64 = StandardNormal.sample(&mut random);
         let phase: f64 = random.random();
-        let mut scene = self.scene_at(&at);
+        let mut scene = self.scene.clone();
+        self.parameters.iter().zip(&at).for_each(|(parameter, u)| parameter.set(&mut scene, parameter.value(*u)));
         // A fitted velocity is not drawn as well.
         let known = self.parameters.iter().any(|parameter| parameter.target == Target::Alpha);
         let velocity = if known { 0.0 } else { self.unknown.velocity * nuisance[0] };

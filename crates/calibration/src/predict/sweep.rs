@@ -172,7 +172,8 @@ pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
     }
 }
 
-fn run_point<E: StdError>(
+/// `None` when stopped.
+fn run_point<E: StdError + 'static>(
     overrides: &[String],
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
     bodies: &Bodies,
@@ -182,35 +183,20 @@ fn run_point<E: StdError>(
     if watch.stop() {
         return None;
     }
-    let failed = |error: &dyn StdError| Some(Run::Failed { reason: error.to_string() });
-    let scene = match build(overrides) {
-        Ok(scene) => scene,
-        Err(error) => return failed(&error),
+    let run = || -> Result<Option<Run>, Box<dyn StdError>> {
+        let scene = build(overrides)?;
+        let settings = observation::settings(&scene)?;
+        let run = bodies.prepared(&scene).and_then(|prepared| prepared.run(&scene, &mut |_| !watch.stop()));
+        if let Err(ModelError::Stopped { .. }) = run {
+            return Ok(None);
+        }
+        let response = run?;
+        let observation = Observation::of(&observation::measure_response(&scene, &response, &settings)?);
+        let pressure_metrics = PressureMetrics::measure(&response, &settings)?;
+        let ensemble = ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose()?;
+        let energy = &response.energy;
+        let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
+        Ok(Some(Run::Finished { observation, pressure_metrics, energy_residual, ensemble }))
     };
-    let settings = match observation::settings(&scene) {
-        Ok(settings) => settings,
-        Err(error) => return failed(&error),
-    };
-    let run = bodies.prepared(&scene).and_then(|prepared| prepared.run(&scene, &mut |_| !watch.stop()));
-    let response = match run {
-        Ok(response) => response,
-        Err(ModelError::Stopped { .. }) => return None,
-        Err(error) => return failed(&error),
-    };
-    let observation =
-        match observation::measure_response(&scene, &response, &settings).map(|features| Observation::of(&features)) {
-            Ok(observation) => observation,
-            Err(error) => return failed(&error),
-        };
-    let pressure_metrics = match PressureMetrics::measure(&response, &settings) {
-        Ok(pressure_metrics) => pressure_metrics,
-        Err(error) => return failed(&error),
-    };
-    let ensemble = match ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose() {
-        Ok(ensemble) => ensemble,
-        Err(error) => return failed(&error),
-    };
-    let energy = &response.energy;
-    let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
-    Some(Run::Finished { observation, pressure_metrics, energy_residual, ensemble })
+    run().unwrap_or_else(|error| Some(Run::Failed { reason: error.to_string() }))
 }
