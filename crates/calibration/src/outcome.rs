@@ -310,15 +310,6 @@ impl FidelityOutcome {
             features,
         }
     }
-
-    /// A fidelity level that was run once, at the answer.
-    pub fn single(
-        model: &str,
-        parameters: BTreeMap<String, FittedParameter>,
-        features: BTreeMap<String, FidelityFeature>,
-    ) -> Self {
-        Self { model: model.into(), runs: 1, failed_runs: 0, verdict: None, parameters, features }
-    }
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
