@@ -63,6 +63,9 @@ pub type Watch = dyn Fn(u64) -> bool + Send + Sync;
 /// What is kept of a run: of its point in unit coordinates, its trace and its random numbers.
 pub(super) type Show<'a, T> = &'a (dyn Fn(&Forward, &[f64], Series, &mut ChaCha8Rng) -> T + Sync);
 
+/// The trace of a run; none where it was stopped.
+type Traced = Option<Result<Series, ModelError>>;
+
 /// A point of the box with nuisances drawn.
 pub(super) struct DrawnRun {
     pub variation: Variation,
@@ -228,9 +231,7 @@ impl Forward {
             let drawn = self.drawn(at, random);
             DrawnRun { variation: self.hold(drawn.variation, (at, *stiffness), lane), ..drawn }
         };
-        let see = |(at, _): &Point, trace: Option<Result<Series, ModelError>>, random: &mut ChaCha8Rng| {
-            Some(show(self, at, trace?.ok()?, random))
-        };
+        let see = |(at, _): &Point, trace: Traced, random: &mut ChaCha8Rng| Some(show(self, at, trace?.ok()?, random));
         self.traced((first, 0), points, noise, &draw, &see)
     }
 
@@ -242,7 +243,7 @@ impl Forward {
         points: &[P],
         noise: Option<&HornNoise>,
         draw: &(dyn Fn(&P, usize, &mut ChaCha8Rng) -> DrawnRun + Sync),
-        see: &(dyn Fn(&P, Option<Result<Series, ModelError>>, &mut ChaCha8Rng) -> T + Sync),
+        see: &(dyn Fn(&P, Traced, &mut ChaCha8Rng) -> T + Sync),
     ) -> Vec<T> {
         let chunk = |(chunk, points): (usize, &[P])| {
             let number = first + (chunk * LANES) as u64;
@@ -307,7 +308,7 @@ impl Forward {
     /// As [`Forward::run`], with the onset of every run. After a stop, the remaining runs have no outcome.
     pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
         let draw = |at: &Vec<f64>, _: usize, random: &mut ChaCha8Rng| self.drawn(at, random);
-        let see = |at: &Vec<f64>, trace: Option<Result<Series, ModelError>>, random: &mut ChaCha8Rng| match trace {
+        let see = |at: &Vec<f64>, trace: Traced, random: &mut ChaCha8Rng| match trace {
             Some(trace) => self.finish(at, trace, random),
             None => (Run { position: at.clone(), outcome: Err("stopped".into()) }, None),
         };
