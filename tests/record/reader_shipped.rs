@@ -128,7 +128,7 @@ fn published_features_hold_the_printed_numbers_and_both_simulations() {
     assert_eq!(published.value("positive_peak"), Some(0.289));
     assert_eq!(published.value("negative_peak"), Some(-0.247));
     assert_eq!(published.drive_frequency, 73e3);
-    let case = |feature: &str, case: &str| published.feature(feature).unwrap().cases[case].clone();
+    let case = |feature: &str, case: &str| published.feature(feature).unwrap().cases[case];
     assert!(matches!(case("negative_peak", "kuwabara-kono"), Statement::Value { value, .. } if value == -0.071));
     assert!(matches!(case("positive_peak", "linear"), Statement::Value { value, .. } if value == 0.296));
     assert!(matches!(case("line_1/3", "kuwabara-kono"), Statement::Line { present: false, .. }));
