@@ -4,7 +4,7 @@
 //! nuisances. The first round is drawn from the chain's posterior, widened by the expected difference between the
 //! levels. Each further round is drawn from the posterior so far. It is widened again while the answer still moves, or
 //! while it lies at the edge of the region covered by runs. The correction ends when the answer is stable, or after
-//! [`MOST_ROUNDS`].
+//! `MOST_ROUNDS`.
 //!
 //! If most upper runs of a round fail, or none comes near the record, the region is wrong: runs at the true parameters
 //! finish and resemble the record. A separate global search is then made once: a round scattered over the whole box,

@@ -11,11 +11,11 @@
 //! | a line is absent | ½ ln(max(r, r₀)² + 0.003²) | at r = r₀ |
 //! | line a is stronger than line b | min(½ ln((r_a² + 0.003²)/(r_b² + 0.003²)), 0) | 0 |
 //!
-//! - r₀ = [`PRESENT_FROM`] = 0.1 (−20 dB): spectra are printed normalised and on a linear scale, where a line below a tenth
+//! - r₀ = `PRESENT_FROM` = 0.1 (−20 dB): spectra are printed normalised and on a linear scale, where a line below a tenth
 //!   of the largest is not seen as one.
 //! - A value's covariance carries its printed standard uncertainty σ: nugget² = 0.01² + (σ/f)². Where none is printed, σ is
 //!   half a unit in the last printed digit.
-//! - A one-sided statement that holds has no scatter of its own. Its nugget is [`SOFTNESS`] = 3 dB: nobody reads a printed
+//! - A one-sided statement that holds has no scatter of its own. Its nugget is `SOFTNESS` = 3 dB: nobody reads a printed
 //!   spectrum more sharply, and a narrower one would reward a region for holding it always over one where it holds
 //!   mostly by the ratio of scatter to nugget, far more than the ratio of probabilities.
 

@@ -102,7 +102,7 @@ pub enum Flaw {
     None,
     /// The annulus is 30 % softer.
     SofterSupport,
-    /// The other of the two damping laws, its coefficient [`EQUIVALENT`].
+    /// The other of the two damping laws, its coefficient `EQUIVALENT`.
     OtherLaw,
     MissingBead,
 }
