@@ -260,8 +260,12 @@ fn without(words: impl Iterator<Item = String>, flags: &[&str], with_value: &[&s
 
 /// Run `granchain` with the process's own arguments.
 pub fn run() -> ExitCode {
+    run_process(None)
+}
+
+fn run_process(subcommand: Option<&str>) -> ExitCode {
     share_freed_memory();
-    ExitCode::from(run_typed(std::env::args_os().collect(), None))
+    ExitCode::from(run_typed(std::env::args_os().collect(), subcommand))
 }
 
 /// Lets all threads allocate from one heap. By default glibc gives each thread its own, which keeps what the thread has freed: a calibration on two
@@ -285,8 +289,7 @@ fn typed() -> impl Iterator<Item = String> {
 
 /// Run `granchain SUBCOMMAND …` with the process's own arguments behind it.
 pub fn run_as_subcommand(subcommand: &str) -> ExitCode {
-    share_freed_memory();
-    ExitCode::from(run_typed(std::env::args_os().collect(), Some(subcommand)))
+    run_process(Some(subcommand))
 }
 
 /// Run `granchain` with what was typed, the program first, behind `subcommand` where one is meant; once in a process. Returns the exit code.

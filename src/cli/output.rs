@@ -158,17 +158,18 @@ pub fn written_atomically<E: From<OutputError>>(
 
 /// Refuse to write a file that is there; `how` another is named, such as ` with --out`.
 pub fn refuse_existing(path: &Path, how: &str) -> anyhow::Result<()> {
-    if path.exists() {
-        anyhow::bail!("{}: the file exists; name another{how}, or delete it first", path.display());
-    }
-    Ok(())
+    if path.exists() { Err(existing(path, how)) } else { Ok(()) }
+}
+
+fn existing(path: &Path, how: &str) -> anyhow::Error {
+    anyhow::anyhow!("{}: the file exists; name another{how}, or delete it first", path.display())
 }
 
 /// Write a file that is not there yet; `what` it is, such as `the scene file `.
 pub fn write_new(path: &Path, bytes: &[u8], what: &str, how: &str) -> anyhow::Result<()> {
     let open = fs::OpenOptions::new().write(true).create_new(true).open(path);
     match open.and_then(|mut file| file.write_all(bytes)) {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => refuse_existing(path, how),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(existing(path, how)),
         written => written.with_context(|| format!("{}: {what}cannot be written", path.display())),
     }
 }

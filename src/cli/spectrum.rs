@@ -119,7 +119,6 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     {
         return Err(usage(format!("--from {} must come before --to {}", number::time(from), number::time(to))));
     }
-
     let options = reading.options_of_any(kind, drive_frequency)?;
     let folder = output.stage(&["spectrum.csv"])?;
     let ours = is_response(&file);

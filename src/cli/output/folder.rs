@@ -174,7 +174,7 @@ impl OutputFolder {
         make: impl FnOnce(&mut dyn io::Write) -> anyhow::Result<()>,
     ) -> anyhow::Result<PathBuf> {
         self.put(name.as_ref(), |name, path| {
-            // What the maker says of its own is told as it says it.
+            // Only a failure to write gets the path; other errors of `make` name their own place.
             let failed = |error: anyhow::Error| match error.downcast::<io::Error>() {
                 Ok(error) => OutputError::io("write", path)(error).into(),
                 Err(error) => error,
