@@ -41,12 +41,14 @@ pub struct Ensemble {
     fitted: Option<FiniteBodyLaws>,
 }
 
-const HERTZ: u8 = 0;
-const ANNULUS: u8 = 1;
-const SPRING: u8 = 2;
-const COUPLED: u8 = 3;
-const COUPLED_ANNULUS: u8 = 4;
-const COUPLED_SPRING: u8 = 5;
+/// Law of the last contact.
+#[derive(Clone, Copy, PartialEq)]
+enum Last {
+    Hertz,
+    Annulus,
+    Spring,
+}
+
 /// Times the forces of coupled contacts are inserted into one another: leaves 2e-6 of the force where each insertion contracts to a
 /// hundredth (1 mm steel beads, 1 µm), far below the step's own error.
 const INSERTIONS: usize = 2;
@@ -277,34 +279,28 @@ impl Work {
     }
 
     fn advance<const DAMPED: Terms>(&mut self, ensemble: &Ensemble) {
-        match ensemble.laws[self.beads] {
-            Law::Annulus(_) if ensemble.coupling.is_some() => {
-                self.all_steps::<DAMPED, COUPLED_ANNULUS>(ensemble);
-            }
-            Law::Spring(_) if ensemble.coupling.is_some() => {
-                self.all_steps::<DAMPED, COUPLED_SPRING>(ensemble);
-            }
-            _ if ensemble.coupling.is_some() => self.all_steps::<DAMPED, COUPLED>(ensemble),
+        let last = match ensemble.laws[self.beads] {
             // One on a spring goes alone.
-            Law::Hertz(_) | Law::FiniteHertz(_) | Law::HertzOnSpring(_) => self.all_steps::<DAMPED, HERTZ>(ensemble),
-            Law::Annulus(_) => self.all_steps::<DAMPED, ANNULUS>(ensemble),
-            Law::Spring(_) => self.all_steps::<DAMPED, SPRING>(ensemble),
+            Law::Hertz(_) | Law::FiniteHertz(_) | Law::HertzOnSpring(_) => Last::Hertz,
+            Law::Annulus(_) => Last::Annulus,
+            Law::Spring(_) => Last::Spring,
+        };
+        if ensemble.coupling.is_some() {
+            granchain_signal::vectors::widest(AllSteps::<DAMPED, true> { work: self, ensemble, last });
+        } else {
+            granchain_signal::vectors::widest(AllSteps::<DAMPED, false> { work: self, ensemble, last });
         }
     }
 
-    fn all_steps<const DAMPED: Terms, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
-        granchain_signal::vectors::widest(AllSteps::<DAMPED, SUPPORT> { work: self, ensemble });
-    }
-
     #[inline(always)]
-    fn step_through<const DAMPED: Terms, const SUPPORT: u8>(&mut self, ensemble: &Ensemble) {
+    fn step_through<const DAMPED: Terms, const COUPLED: bool>(&mut self, ensemble: &Ensemble, last: Last) {
         self.trace[0] = self.velocity[self.beads - 1];
         for step in 0..ensemble.steps {
             let drive = [0, 1, 2].map(|half| self.piston(ensemble, 2 * step + half));
-            self.stage::<DAMPED, SUPPORT, 0>(drive[0], ensemble.step);
-            self.stage::<DAMPED, SUPPORT, 1>(drive[1], ensemble.step);
-            self.stage::<DAMPED, SUPPORT, 2>(drive[1], ensemble.step);
-            self.stage::<DAMPED, SUPPORT, 3>(drive[2], ensemble.step);
+            self.stage::<DAMPED, COUPLED, 0>(last, drive[0], ensemble.step);
+            self.stage::<DAMPED, COUPLED, 1>(last, drive[1], ensemble.step);
+            self.stage::<DAMPED, COUPLED, 2>(last, drive[1], ensemble.step);
+            self.stage::<DAMPED, COUPLED, 3>(last, drive[2], ensemble.step);
             self.trace[(step + 1) % HELD] = self.velocity[self.beads - 1];
             if (step + 1) % HELD == HELD - 1 {
                 self.unload_trace(HELD);
@@ -336,7 +332,12 @@ impl Work {
     /// Accelerations a of stage `STAGE` with the piston at `piston`, at the step's own state or that of the stage, and where they lead from u and v: to the
     /// state of the next stage, u + c v + d a_{STAGE−1} and v + c a_STAGE, or to the end of the step.
     #[inline(always)]
-    fn stage<const DAMPED: Terms, const SUPPORT: u8, const STAGE: usize>(&mut self, piston: (Lane, Lane), h: f64) {
+    fn stage<const DAMPED: Terms, const COUPLED: bool, const STAGE: usize>(
+        &mut self,
+        last: Last,
+        piston: (Lane, Lane),
+        h: f64,
+    ) {
         let beads = self.beads;
         let (u, v) = (&mut self.displacement[..beads], &mut self.velocity[..beads]);
         let (stage_u, stage_v) = (&mut self.stage_displacement[..beads], &mut self.stage_velocity[..beads]);
@@ -346,9 +347,9 @@ impl Work {
         let inverse_mass = &self.inverse_mass[..beads];
         let mut before = piston;
         let mut before_force = Lane::ZERO;
-        if SUPPORT >= COUPLED {
+        if COUPLED {
             let u = if STAGE == 0 { &*u } else { &*stage_u };
-            self.coupled.settle::<SUPPORT>(before.0, u, offset, stiffness, &self.annulus);
+            self.coupled.settle(last, before.0, u, offset, stiffness, &self.annulus);
         }
         for i in 0..=beads {
             let after = match i {
@@ -358,14 +359,14 @@ impl Work {
             };
             let overlap = offset[i] + before.0 - after.0;
             let pressed = overlap.at_least(0.0);
-            let is_open = SUPPORT < COUPLED && !overlap.above(Lane::ZERO).any();
+            let is_open = !COUPLED && !overlap.above(Lane::ZERO).any();
             let mut force = if is_open {
                 Lane::ZERO
-            } else if SUPPORT >= COUPLED {
+            } else if COUPLED {
                 self.coupled.force[i]
-            } else if SUPPORT == ANNULUS && i == beads {
+            } else if i == beads && last == Last::Annulus {
                 stiffness[i] * self.annulus.force(pressed)
-            } else if SUPPORT == SPRING && i == beads {
+            } else if i == beads && last == Last::Spring {
                 stiffness[i] * pressed
             } else {
                 stiffness[i] * pressed * pressed.root()
@@ -413,8 +414,9 @@ struct CoupledWork {
 impl CoupledWork {
     /// Elastic forces with the piston at `piston` and the beads at `u`, as [`Coupling::settle`] has them.
     #[inline(always)]
-    fn settle<const SUPPORT: u8>(
+    fn settle(
         &mut self,
+        last: Last,
         piston: Lane,
         u: &[Lane],
         offset: &[Lane],
@@ -436,9 +438,9 @@ impl CoupledWork {
         for insertion in 0..=INSERTIONS {
             for i in 0..=beads {
                 let pressed = overlap[i].at_least(0.0);
-                force[i] = if SUPPORT == COUPLED_ANNULUS && i == beads {
+                force[i] = if i == beads && last == Last::Annulus {
                     stiffness[i] * annulus.force(pressed)
-                } else if SUPPORT == COUPLED_SPRING && i == beads {
+                } else if i == beads && last == Last::Spring {
                     stiffness[i] * pressed
                 } else {
                     let root = pressed.root();
@@ -458,16 +460,17 @@ impl CoupledWork {
     }
 }
 
-struct AllSteps<'a, const DAMPED: Terms, const SUPPORT: u8> {
+struct AllSteps<'a, const DAMPED: Terms, const COUPLED: bool> {
     work: &'a mut Work,
     ensemble: &'a Ensemble,
+    last: Last,
 }
 
-impl<const DAMPED: Terms, const SUPPORT: u8> pulp::NullaryFnOnce for AllSteps<'_, DAMPED, SUPPORT> {
+impl<const DAMPED: Terms, const COUPLED: bool> pulp::NullaryFnOnce for AllSteps<'_, DAMPED, COUPLED> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        self.work.step_through::<DAMPED, SUPPORT>(self.ensemble);
+        self.work.step_through::<DAMPED, COUPLED>(self.ensemble, self.last);
     }
 }

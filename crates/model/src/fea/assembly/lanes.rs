@@ -26,6 +26,22 @@ pub(crate) fn run(width: usize, kernel: impl Kernel) {
     granchain_signal::vectors::of_four(Dispatch { width, kernel });
 }
 
+/// Run a kernel on single numbers.
+pub(crate) fn run_alone(kernel: impl Kernel) {
+    granchain_signal::vectors::of_four(Alone(kernel));
+}
+
+struct Alone<K>(K);
+
+impl<K: Kernel> pulp::WithSimd for Alone<K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.run(Numbers::<S, 1>(PhantomData), 1);
+    }
+}
+
 struct Dispatch<K> {
     width: usize,
     kernel: K,

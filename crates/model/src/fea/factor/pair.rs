@@ -56,17 +56,28 @@ impl<K: Kernel> pulp::WithSimd for Dispatch<K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { columns, kernel } = self;
-        match (columns, S::F64_LANES) {
-            (6, 4) => kernel.run(Vectors::<S, 3>(simd)),
-            (4, 4) => kernel.run(Vectors::<S, 2>(simd)),
-            (2, 4) => kernel.run(Vectors::<S, 1>(simd)),
-            (6, 2) => kernel.run(Vectors::<S, 6>(simd)),
-            (4, 2) => kernel.run(Vectors::<S, 4>(simd)),
-            (2, 2) => kernel.run(Vectors::<S, 2>(simd)),
-            (6, _) => kernel.run(Numbers::<S, 12>(PhantomData)),
-            (4, _) => kernel.run(Numbers::<S, 8>(PhantomData)),
-            (2, _) => kernel.run(Numbers::<S, 4>(PhantomData)),
-            _ => kernel.run(Numbers::<S, 2>(PhantomData)),
+        // One branch by the constant alone: the others are then not compiled.
+        if S::F64_LANES == 4 {
+            match columns {
+                6 => kernel.run(Vectors::<S, 3>(simd)),
+                4 => kernel.run(Vectors::<S, 2>(simd)),
+                2 => kernel.run(Vectors::<S, 1>(simd)),
+                _ => kernel.run(Numbers::<S, 2>(PhantomData)),
+            }
+        } else if S::F64_LANES == 2 {
+            match columns {
+                6 => kernel.run(Vectors::<S, 6>(simd)),
+                4 => kernel.run(Vectors::<S, 4>(simd)),
+                2 => kernel.run(Vectors::<S, 2>(simd)),
+                _ => kernel.run(Numbers::<S, 2>(PhantomData)),
+            }
+        } else {
+            match columns {
+                6 => kernel.run(Numbers::<S, 12>(PhantomData)),
+                4 => kernel.run(Numbers::<S, 8>(PhantomData)),
+                2 => kernel.run(Numbers::<S, 4>(PhantomData)),
+                _ => kernel.run(Numbers::<S, 2>(PhantomData)),
+            }
         }
     }
 }

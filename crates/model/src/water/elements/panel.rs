@@ -3,7 +3,7 @@
 //! A supernode of L is cut into panels of at most four columns, stored row by row: one panel is a straight run through memory, its
 //! columns' unknowns stay in registers.
 
-use crate::fea::assembly::{Arithmetic, Kernel, run};
+use crate::fea::assembly::{Arithmetic, Kernel, run_alone};
 
 const PANEL: usize = 4;
 
@@ -63,12 +63,12 @@ impl Panels {
 
     /// x ← L⁻¹ x.
     pub(crate) fn forward(&self, x: &mut [f64]) {
-        run(1, Solve::<true> { panels: self, x });
+        run_alone(Solve::<true> { panels: self, x });
     }
 
     /// x ← L⁻ᵀ x.
     pub(crate) fn backward(&self, x: &mut [f64]) {
-        run(1, Solve::<false> { panels: self, x });
+        run_alone(Solve::<false> { panels: self, x });
     }
 
     /// The triangle on the diagonal, the rows below it with their numbers.
