@@ -338,8 +338,18 @@ impl Forward {
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
         }
-        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, modulus, droop, .. } =
-            self.uncertainty;
+        let Uncertainty {
+            gap,
+            gap_scale,
+            baseline,
+            drive,
+            precompression,
+            support_stiffness,
+            modulus,
+            mass,
+            droop,
+            ..
+        } = self.uncertainty;
         let shared = self.uncertainty.shared();
         variation.amplitude_scale *= 1.0 + shared * drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
@@ -361,8 +371,10 @@ impl Forward {
         if precompression > 0.0 && !fitted(Target::Precompression) {
             variation.precompression = (variation.precompression + shared * precompression * normal()).abs();
         }
-        if support_stiffness > 0.0 && !fitted(Target::SupportStiffness) {
-            variation.support_stiffness_factor *= (shared * support_stiffness * normal()).exp();
+        // Runs have the stated mass: of another one, a spring or annulus is stiffer in proportion.
+        let over_mass = if self.scene.support.stiffness().is_some() { support_stiffness.hypot(mass) } else { 0.0 };
+        if over_mass > 0.0 && !fitted(Target::SupportStiffness) {
+            variation.support_stiffness_factor *= (shared * over_mass * normal()).exp();
         }
         // A disc is no Hertz contact: it has its own constants.
         if modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted(Target::Modulus) {

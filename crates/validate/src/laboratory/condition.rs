@@ -64,6 +64,12 @@ pub enum Condition {
     TwoBursts,
     /// Stiffness and mass of the beads off by up to 0.5 %, clocks 100 ppm apart.
     OffNominal,
+    /// Young's modulus of the beads 1 % too small or too large.
+    OffModulus,
+    /// The radius of the beads 0.5 % too small or too large.
+    OffRadius,
+    /// Their density 1 % too small or too large.
+    OffDensity,
     /// 5 % of amplitude modulation and 0.2 % of frequency drift in the drive.
     Modulated,
     /// Weakly driven, dampers between the beads only, 3 % of noise: the regime of the source paper.
@@ -139,12 +145,12 @@ use Condition::{
     Aluminium, Averages, BeadFewer, BeadMore, Benches, Bits, BurstOnly, CausalDecoder, Clipped60, Clipped85, Clipped95,
     Clock, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes, FirstGap, Frequency,
     HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated,
-    Modulus, Noisy, OffNominal, OtherLaw, Period3, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity,
+    Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius, OtherLaw, Period3, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity,
     ShortHorn, ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 53] = [
+const TABLE: [(Condition, &str, &str); 56] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -168,6 +174,9 @@ const TABLE: [(Condition, &str, &str); 53] = [
     (HornHarmonics, "horn-harmonics", "3 % second and 2 % third harmonic, 1/f noise on both channels"),
     (TwoBursts, "two-bursts", "second burst after 25 cycles of rest"),
     (OffNominal, "off-nominal", "stiffness and mass ±0.5 %, clocks 100 ppm apart"),
+    (OffModulus, "off-modulus", "Young's modulus of the beads ±1 %"),
+    (OffRadius, "off-radius", "radius of the beads ±0.5 %"),
+    (OffDensity, "off-density", "density of the beads ±1 %"),
     (Modulated, "modulated", "5 % amplitude modulation, 0.2 % frequency drift"),
     (Period3, "period-3", "α 0.12–0.3, dampers between beads only, 3 % noise"),
     (SofterSupport, "softer-support", "annulus 30 % softer than stated"),
@@ -294,6 +303,11 @@ pub struct Setting {
     #[serde(rename = "told_frequency_hz")]
     pub given_frequency_hz: f64,
     pub laboratory: Laboratory,
+}
+
+/// 1 + share or 1 − share.
+fn off(r: &mut ChaCha8Rng, share: f64) -> f64 {
+    if r.random() { 1.0 + share } else { 1.0 - share }
 }
 
 /// Stiffness of the spring, N/m: near that of a contact under some newtons.
@@ -428,6 +442,9 @@ impl Setting {
                 truth.push(format!("materials.chrome-steel.youngs_modulus={}", 201e9 * stiffness));
                 truth.push(format!("materials.chrome-steel.density={}", 7833.0 * mass));
             }
+            OffModulus => truth.push(format!("materials.chrome-steel.youngs_modulus={}", 201e9 * off(r, 0.01))),
+            OffRadius => truth.push(format!("chain.radius={}", radius * off(r, 0.005))),
+            OffDensity => truth.push(format!("materials.chrome-steel.density={}", 7833.0 * off(r, 0.01))),
             Modulated => lab.modulation = [0.05, 0.002],
             Period3 => {
                 alpha = log_uniform(r, 0.12, 0.3);
