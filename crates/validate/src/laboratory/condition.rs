@@ -145,8 +145,9 @@ use Condition::{
     Aluminium, Averages, BeadFewer, BeadMore, Benches, Bits, BurstOnly, CausalDecoder, Clipped60, Clipped85, Clipped95,
     Clock, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes, FirstGap, Frequency,
     HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated,
-    Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius, OtherLaw, Period3, Pretrigger, PureNoise, Radius, ScaleDown, ScaleUp, Sensitivity,
-    ShortHorn, ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
+    Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius, OtherLaw, Period3, Pretrigger, PureNoise, Radius,
+    ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts,
+    UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
