@@ -66,7 +66,7 @@ fn records_with_the_faults_of_instruments_end_with_the_truth_held() {
     }
 }
 
-/// Intervals of the damping by amplitudes are four times as wide, and a first gap of 20 nm stays unseen.
+/// By amplitudes a first gap of 20 nm stays unseen.
 #[test]
 fn the_waveform_tells_the_parameters_to_a_per_cent() {
     let waveform = |conditions: &[&str]| {
@@ -76,8 +76,8 @@ fn the_waveform_tells_the_parameters_to_a_per_cent() {
     let all = waveform(&["burst-only", "late-trigger", "hum"]);
     // With a true coverage of 0.9, fewer than 4 of 6 happen in 1.6 % of all seeds.
     assert!(all.outside <= 1 && all.parameters.iter().all(|parameter| parameter.held >= 4), "{all:?}");
-    // The level of the drive, ±0.5 %, is half of what is not known of α.
-    assert!(all.parameters.iter().all(|parameter| parameter.median_width < 0.03), "{all:?}");
+    // The level of the drive, ±0.5 %, is half of what is not known of α, the mass, SD 1.2 %, nearly all of damping: 2 × 1.645 × 1.2 %.
+    assert!(all.parameters.iter().all(|parameter| parameter.median_width < 0.045), "{all:?}");
 }
 
 /// Amplitudes that are misled by few runs, drop-outs that the mask does not see, a burst that begins at full strength and is answered within a cycle: each

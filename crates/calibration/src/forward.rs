@@ -52,6 +52,7 @@ const PREDICTED: u64 = 1 << 32;
 
 /// Number of the first generator that a block of runs shares.
 const SHARED: u64 = 1 << 48;
+const SUPPORT: u64 = 1 << 49;
 
 /// A run with its onset time, s; `None` if there is none, or if onsets are not used.
 pub(crate) type TimedRun = (Run, Option<f64>);
@@ -387,7 +388,11 @@ impl Forward {
         let left = if self.support_follows() > 0.0 { (1.0 - OF_MASS * OF_MASS).sqrt() * mass } else { 0.0 };
         let over_mass = support_stiffness.hypot(left);
         if over_mass > 0.0 && !fitted(Target::SupportStiffness) {
-            variation.support_stiffness_factor *= (shared * over_mass * normal()).exp();
+            let own = normal();
+            // Runs side by side have one support.
+            let of_block = || StandardNormal.sample(&mut self.generator(SUPPORT + self.block(number)));
+            let draw: f64 = if self.block > 1 && support_stiffness == 0.0 { of_block() } else { own };
+            variation.support_stiffness_factor *= (shared * over_mass * draw).exp();
         }
         // A disc is no Hertz contact: it has its own constants.
         if modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted(Target::Modulus) {
