@@ -50,7 +50,7 @@ impl Run {
 /// Number of the first predictive run: above those of any search.
 const PREDICTED: u64 = 1 << 32;
 
-/// Number of the first generator that a block of runs shares.
+/// Numbers of the first generators that blocks of runs share: of the stiffness over mass, and of the support.
 const SHARED: u64 = 1 << 48;
 const SUPPORT: u64 = 1 << 49;
 
@@ -198,17 +198,24 @@ impl Forward {
 
     /// Whether stiffness over mass of the beads is drawn, and may be fitted instead.
     pub(super) fn draws_modulus(&self) -> bool {
-        let fitted = self.parameters.iter().any(|parameter| parameter.target == Target::Modulus);
-        self.uncertainty.modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted
+        // A disc is no Hertz contact: it has its own constants.
+        let varies = self.uncertainty.modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. });
+        varies && !self.fits(Target::Modulus)
     }
 
-    /// Exponent by which an annulus, spring or foundation follows the stiffness over mass of the beads: runs have the stated mass, and of beads with
-    /// another one its stiffness over their mass differs too.
-    fn support_follows(&self) -> f64 {
+    /// How an annulus, spring or foundation follows an unknown mass of the beads, since runs have the stated one: exponent of the beads' stiffness over
+    /// mass, and SD of what is left, ln.
+    fn support_follows(&self) -> (f64, f64) {
         let Uncertainty { mass, modulus, .. } = self.uncertainty;
-        let fitted = self.parameters.iter().any(|parameter| parameter.target == Target::SupportStiffness);
-        let follows = mass > 0.0 && self.scene.support.stiffness().is_some() && !fitted;
-        if follows { (OF_MASS * mass / modulus.max(mass)).min(1.0) } else { 0.0 }
+        if mass > 0.0 && self.scene.support.stiffness().is_some() && !self.fits(Target::SupportStiffness) {
+            (OF_MASS * mass / modulus.max(mass), (1.0 - OF_MASS * OF_MASS).sqrt() * mass)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
+    fn fits(&self, target: Target) -> bool {
+        self.parameters.iter().any(|parameter| parameter.target == target)
     }
 
     /// Draws of run `random` at a point, except the drive level (fixed if α is fitted) and stiffness over mass, which
@@ -225,7 +232,7 @@ impl Forward {
         }
         if self.draws_modulus() {
             let drawn = std::mem::replace(&mut variation.modulus_factor, stiffness);
-            variation.support_stiffness_factor *= (stiffness / drawn).powf(self.support_follows());
+            variation.support_stiffness_factor *= (stiffness / drawn).powf(self.support_follows().0);
         }
         variation.shaken = vec![0.0; LANES];
         variation.shaken[lane % LANES] = 1.0;
@@ -352,18 +359,8 @@ impl Forward {
         for (parameter, &u) in self.parameters.iter().zip(at) {
             parameter.vary(&self.scene, &mut variation, parameter.value(u));
         }
-        let Uncertainty {
-            gap,
-            gap_scale,
-            baseline,
-            drive,
-            precompression,
-            support_stiffness,
-            modulus,
-            mass,
-            droop,
-            ..
-        } = self.uncertainty;
+        let Uncertainty { gap, gap_scale, baseline, drive, precompression, support_stiffness, modulus, droop, .. } =
+            self.uncertainty;
         let shared = self.uncertainty.shared();
         variation.amplitude_scale *= 1.0 + shared * drive * random.random_range(-1.0..1.0);
         let rougher: f64 = StandardNormal.sample(random);
@@ -376,32 +373,29 @@ impl Forward {
         }
         let number = random.get_stream().saturating_sub(1);
         let mut normal = || -> f64 { StandardNormal.sample(random) };
+        let of_block = |first: u64, own: f64| -> f64 {
+            if self.block > 1 { StandardNormal.sample(&mut self.generator(first + self.block(number))) } else { own }
+        };
         // What is fitted is not drawn; an error of the baseline is a gap.
-        let fitted = |target| self.parameters.iter().any(|parameter| parameter.target == target);
         let draw = normal();
-        if !fitted(Target::Gap) {
+        if !self.fits(Target::Gap) {
             variation.gap_offsets[0] += shared * baseline * draw;
         }
-        if precompression > 0.0 && !fitted(Target::Precompression) {
+        if precompression > 0.0 && !self.fits(Target::Precompression) {
             variation.precompression = (variation.precompression + shared * precompression * normal()).abs();
         }
-        let left = if self.support_follows() > 0.0 { (1.0 - OF_MASS * OF_MASS).sqrt() * mass } else { 0.0 };
+        let (follows, left) = self.support_follows();
         let over_mass = support_stiffness.hypot(left);
-        if over_mass > 0.0 && !fitted(Target::SupportStiffness) {
+        if over_mass > 0.0 && !self.fits(Target::SupportStiffness) {
             let own = normal();
-            // Runs side by side have one support.
-            let of_block = || StandardNormal.sample(&mut self.generator(SUPPORT + self.block(number)));
-            let draw: f64 = if self.block > 1 && support_stiffness == 0.0 { of_block() } else { own };
+            // A stated one is of every run: such runs do not go side by side.
+            let draw = if support_stiffness > 0.0 { own } else { of_block(SUPPORT, own) };
             variation.support_stiffness_factor *= (shared * over_mass * draw).exp();
         }
-        // A disc is no Hertz contact: it has its own constants.
-        if modulus > 0.0 && !matches!(self.scene.support, Support::Disc { .. }) && !fitted(Target::Modulus) {
-            let own = normal();
-            let of_block = || StandardNormal.sample(&mut self.generator(SHARED + self.block(number)));
-            let draw: f64 = if self.block > 1 { of_block() } else { own };
-            let factor = (shared * modulus * draw).exp();
+        if self.draws_modulus() {
+            let factor = (shared * modulus * of_block(SHARED, normal())).exp();
             variation.modulus_factor *= factor;
-            variation.support_stiffness_factor *= factor.powf(self.support_follows());
+            variation.support_stiffness_factor *= factor.powf(follows);
         }
         let shakes = self.scene.drive.shakes_count();
         variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();
