@@ -397,7 +397,7 @@ impl Forward {
             variation.modulus_factor *= factor;
             variation.support_stiffness_factor *= factor.powf(follows);
         }
-        let shakes = self.scene.drive.shakes_count();
+        let shakes = self.scene.drive.shakes().len();
         variation.shaken = (0..shakes).map(|_| normal() / (shakes as f64).sqrt()).collect();
         if droop > 0.0 {
             variation.amplitude_scale /= 1.0 - droop * random.random::<f64>();

@@ -202,7 +202,7 @@ impl Mask for bool {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(align(64))]
 pub(crate) struct Lane(pub(crate) [f64; WIDTH]);
 

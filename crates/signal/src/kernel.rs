@@ -14,6 +14,9 @@ const ATTENUATION_DB: f64 = 100.0;
 /// β of the Kaiser window.
 const BETA: f64 = 0.1102 * (ATTENUATION_DB - 8.7);
 
+/// I₀(β).
+const AT_CENTRE: f64 = bessel_i0(BETA * BETA);
+
 /// Half the length (samples) that a transition band of full width `transition` (cycles a sample) needs.
 pub(super) fn half_length(transition: f64) -> f64 {
     0.5 * (ATTENUATION_DB - 7.95) / (2.285 * 2.0 * PI * transition)
@@ -29,11 +32,11 @@ fn unbounded(x: f64, cutoff: f64, half: f64) -> f64 {
     let u = x / half;
     let phase = 2.0 * PI * cutoff * x;
     let sinc = if phase.abs() < 1e-8 { 1.0 } else { libm::sin(phase) / phase };
-    2.0 * cutoff * sinc * bessel_i0(BETA * BETA * (1.0 - u * u)) / bessel_i0(BETA * BETA)
+    2.0 * cutoff * sinc * bessel_i0(BETA * BETA * (1.0 - u * u)) / AT_CENTRE
 }
 
 /// Modified Bessel function I₀(√`square`) by its power series Σ (square/4)ᵏ/k!².
-fn bessel_i0(square: f64) -> f64 {
+const fn bessel_i0(square: f64) -> f64 {
     let (mut sum, mut term, mut k) = (1.0, 1.0, 1.0);
     while f64::abs(term) > 1e-17 * f64::abs(sum) {
         term *= 0.25 * square / (k * k);

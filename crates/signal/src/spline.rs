@@ -14,7 +14,17 @@
 //! recursions forwards and two backwards. M. Unser, A. Aldroubi, M. Eden, *B-spline signal processing*, IEEE Trans. Signal
 //! Process. 41 (1993) 821–848.
 
+use std::ops::{Add, Div, Mul, Sub};
+
 use super::Series;
+
+/// A value that a spline interpolates: a number, or several side by side.
+pub trait Value:
+    Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> + Div<f64, Output = Self>
+{
+}
+
+impl<T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>> Value for T {}
 
 /// The cubic of Catmull and Rom through four samples, at the part `t` from the second to the third.
 pub fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
@@ -40,14 +50,14 @@ pub enum Ends {
 /// assert!((slope - 2.34f64.cos()).abs() < 1e-8);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spline {
+pub struct Spline<T = f64> {
     /// Instant of the first piece's left end, s.
     start: f64,
     rate: f64,
     /// Polynomial of each interval in u = (t − t_i)/step, rising powers.
-    pieces: Vec<[f64; 6]>,
+    pieces: Vec<[T; 6]>,
     /// Values held left and right of the pieces.
-    outside: [f64; 2],
+    outside: [T; 2],
 }
 
 /// Samples added at each side: the truncated part is 0.4306⁴⁸ = 3e-18.
@@ -61,46 +71,56 @@ impl Spline {
 
     /// The spline through all samples of `series`, with a separate end condition on each side.
     pub fn between(series: &Series, ends: [Ends; 2]) -> Self {
-        let count = series.len();
+        Self::through((series.start, series.step), &series.values, ends)
+    }
+}
+
+impl<T: Value> Spline<T> {
+    /// The spline through samples from instant `start` on, every `step` (s).
+    #[inline(always)]
+    pub fn through((start, step): (f64, f64), values: &[T], ends: [Ends; 2]) -> Self {
+        let (count, rest) = (values.len(), T::default());
         if count == 0 {
-            return Self { start: series.start, rate: 1.0 / series.step, pieces: Vec::new(), outside: [0.0; 2] };
+            return Self { start, rate: 1.0 / step, pieces: Vec::new(), outside: [rest; 2] };
         }
-        let mut samples: Vec<f64> = (0..count + 2 * PADDING)
+        let mut samples: Vec<T> = (0..count + 2 * PADDING)
             .map(|index| match (index as isize - PADDING as isize, ends) {
-                (i, [Ends::Zero, _]) if i < 0 => 0.0,
-                (i, [_, Ends::Zero]) if i >= count as isize => 0.0,
+                (i, [Ends::Zero, _]) if i < 0 => rest,
+                (i, [_, Ends::Zero]) if i >= count as isize => rest,
                 // Reflection through one end alone where the other is zero.
-                (i, _) if i.unsigned_abs() < 2 * count.max(1) || ends[0] == ends[1] => reflected(&series.values, i),
-                _ => 0.0,
+                (i, _) if i.unsigned_abs() < 2 * count.max(1) || ends[0] == ends[1] => reflected(values, i),
+                _ => rest,
             })
             .collect();
         to_coefficients(&mut samples);
         // Zero ends keep the tails over the padding, natural ends stop at the samples.
         let first = if ends[0] == Ends::Zero { 2 } else { PADDING };
         let last = if ends[1] == Ends::Zero { count + 2 * PADDING - 3 } else { PADDING + count - 1 };
-        let pieces: Vec<_> = (first..last).map(|index| polynomial(&samples[index - 2..index + 4])).collect();
-        let held = [series.values[0], series.values[count - 1]];
-        let outside = [0, 1].map(|side| if ends[side] == Ends::Zero { 0.0 } else { held[side] });
-        let start = series.start + (first as f64 - PADDING as f64) * series.step;
-        Self { start, rate: 1.0 / series.step, pieces, outside }
+        let mut pieces = Vec::with_capacity(last.saturating_sub(first));
+        for samples in samples[first - 2..].windows(6).take(last.saturating_sub(first)) {
+            pieces.push(polynomial(samples));
+        }
+        let held = [values[0], values[count - 1]];
+        let outside = [0, 1].map(|side| if ends[side] == Ends::Zero { rest } else { held[side] });
+        let start = start + (first as f64 - PADDING as f64) * step;
+        Self { start, rate: 1.0 / step, pieces, outside }
     }
 
     /// Value and derivative (per second) at instant `t` (s).
-    #[inline]
-    pub fn at(&self, t: f64) -> (f64, f64) {
+    #[inline(always)]
+    pub fn at(&self, t: f64) -> (T, T) {
         let position = (t - self.start) * self.rate;
         if !(position >= 0.0) {
-            return (self.outside[0], 0.0);
+            return (self.outside[0], T::default());
         }
         let index = position as usize;
-        let Some(&[a, b, c, d, e, f]) = self.pieces.get(index) else {
+        let Some(piece) = self.pieces.get(index) else {
+            let beyond = (self.outside[1], T::default());
             // The right end of the last piece belongs to it.
-            if index == self.pieces.len() && position == index as f64 {
-                return self.pieces.last().map_or((self.outside[1], 0.0), |piece| evaluate(piece, 1.0, self.rate));
-            }
-            return (self.outside[1], 0.0);
+            let last = self.pieces.last().filter(|_| index == self.pieces.len() && position == index as f64);
+            return last.map_or(beyond, |piece| evaluate(piece, 1.0, self.rate));
         };
-        evaluate(&[a, b, c, d, e, f], position - index as f64, self.rate)
+        evaluate(piece, position - index as f64, self.rate)
     }
 
     /// First and last instant (s) between which the spline differs from its outside values.
@@ -109,50 +129,52 @@ impl Spline {
     }
 }
 
-#[inline]
-fn evaluate(&[a, b, c, d, e, f]: &[f64; 6], u: f64, rate: f64) -> (f64, f64) {
+#[inline(always)]
+fn evaluate<T: Value>(&[a, b, c, d, e, f]: &[T; 6], u: f64, rate: f64) -> (T, T) {
     let value = ((((f * u + e) * u + d) * u + c) * u + b) * u + a;
-    let slope = (((5.0 * f * u + 4.0 * e) * u + 3.0 * d) * u + 2.0 * c) * u + b;
+    let slope = (((f * 5.0 * u + e * 4.0) * u + d * 3.0) * u + c * 2.0) * u + b;
     (value, slope * rate)
 }
 
-/// Sample `index` of the series continued by point reflection about its ends.
-fn reflected(values: &[f64], index: isize) -> f64 {
+/// Sample `index` of the values continued by point reflection about the ends.
+#[inline(always)]
+fn reflected<T: Value>(values: &[T], index: isize) -> T {
     let last = values.len() as isize - 1;
     if last == 0 {
         return values[0];
     }
-    let (mut index, mut offset, mut sign) = (index, 0.0, 1.0);
+    let (mut index, mut offset, mut sign) = (index, T::default(), 1.0);
     loop {
         if index < 0 {
-            offset += sign * 2.0 * values[0];
+            offset = offset + values[0] * (sign * 2.0);
             index = -index;
         } else if index > last {
-            offset += sign * 2.0 * values[last as usize];
+            offset = offset + values[last as usize] * (sign * 2.0);
             index = 2 * last - index;
         } else {
-            return offset + sign * values[index as usize];
+            return offset + values[index as usize] * sign;
         }
         sign = -sign;
     }
 }
 
 /// Samples (zero beyond the slice) → B-spline coefficients, in place.
-fn to_coefficients(samples: &mut [f64]) {
+#[inline(always)]
+fn to_coefficients<T: Value>(samples: &mut [T]) {
     // z⁴ + 26 z³ + 66 z² + 26 z + 1 = 0: z + 1/z = −13 ± √105, the roots inside the unit circle.
     for sum in [-13.0 + 105f64.sqrt(), -13.0 - 105f64.sqrt()] {
         let pole = 2.0 / (sum - (sum * sum - 4.0).sqrt());
         let gain = (1.0 - pole) * (1.0 - 1.0 / pole);
-        let mut previous = 0.0;
+        let mut previous = T::default();
         for sample in samples.iter_mut() {
-            previous = gain * *sample + pole * previous;
+            previous = *sample * gain + previous * pole;
             *sample = previous;
         }
-        let mut next = -pole / (1.0 - pole * pole) * previous;
+        let mut next = previous * (-pole / (1.0 - pole * pole));
         if let Some((last, rest)) = samples.split_last_mut() {
             *last = next;
             for sample in rest.iter_mut().rev() {
-                next = pole * (next - *sample);
+                next = (next - *sample) * pole;
                 *sample = next;
             }
         }
@@ -160,7 +182,8 @@ fn to_coefficients(samples: &mut [f64]) {
 }
 
 /// The polynomial in u on [0, 1] between the third and the fourth of six B-spline coefficients.
-fn polynomial(c: &[f64]) -> [f64; 6] {
+#[inline(always)]
+fn polynomial<T: Value>(c: &[T]) -> [T; 6] {
     const BASIS: [[f64; 6]; 6] = [
         // Rising powers of u of the six quintic B-splines that reach into the interval, × 120.
         [1.0, -5.0, 10.0, -10.0, 5.0, -1.0],
@@ -170,7 +193,14 @@ fn polynomial(c: &[f64]) -> [f64; 6] {
         [1.0, 5.0, 10.0, 10.0, 5.0, -5.0],
         [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
     ];
-    std::array::from_fn(|power| BASIS.iter().zip(c).map(|(basis, c)| basis[power] * c).sum::<f64>() / 120.0)
+    let mut rising = [T::default(); 6];
+    for (power, value) in rising.iter_mut().enumerate() {
+        for (basis, c) in BASIS.iter().zip(c) {
+            *value = *value + *c * basis[power];
+        }
+        *value = *value / 120.0;
+    }
+    rising
 }
 
 #[cfg(test)]

@@ -21,7 +21,10 @@ use crate::{
     number::{Lane, Mask, Number, WIDTH},
     scene::{DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene, Support},
 };
-use granchain_signal::Series;
+use granchain_signal::{
+    Series,
+    spline::{Ends, Spline},
+};
 
 #[derive(Debug, Clone)]
 pub struct Ensemble {
@@ -32,8 +35,8 @@ pub struct Ensemble {
     inverse_mass: Vec<f64>,
     /// Displacement (m) and velocity (m/s) of the piston at α = 1, every half step.
     drive: Arc<Vec<(f64, f64)>>,
-    /// The same of each realisation of what is not known of it.
-    shakes: Vec<Vec<(f64, f64)>>,
+    /// The same of the realisations of what is not known of it, eight side by side.
+    shakes: Vec<Vec<(Lane, Lane)>>,
     steps: usize,
     step: f64,
     /// Whether the scene has effects that no lane has: its runs are the adaptive integrator's, one by one.
@@ -80,7 +83,7 @@ impl Ensemble {
         let system = System::new(scene, fitted)?;
         let steps = (scene.duration / step * (1.0 + 1e-12)).floor() as usize;
         let drive = Arc::new(sampled(&scene.drive, steps, step));
-        let shakes = scene.drive.shakes().iter().map(|drive| sampled(drive, steps, step)).collect();
+        let shakes = realisations(&scene.drive, steps, step);
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, effects, .. } = system;
         let is_single = effects.is_some() || scene.is_struck() || matches!(scene.support, Support::Foundation { .. });
@@ -91,12 +94,12 @@ impl Ensemble {
     /// The same with other realisations (m) of what is not known of its drive: [`Variation::shaken`] says how much of each.
     #[must_use]
     pub fn with_shakes(&self, shakes: &[Series]) -> Self {
-        let mut scene = self.scene.clone();
-        if let DriveKind::Record { shakes: own, .. } = &mut scene.drive.kind {
+        let mut with = self.clone();
+        if let DriveKind::Record { shakes: own, .. } = &mut with.scene.drive.kind {
             *own = shakes.to_vec();
         }
-        let shakes = scene.drive.shakes().iter().map(|drive| sampled(drive, self.steps, self.step)).collect();
-        Self { scene, shakes, ..self.clone() }
+        with.shakes = realisations(&with.scene.drive, self.steps, self.step);
+        with
     }
 
     /// Interval between two samples of the result, s.
@@ -156,13 +159,52 @@ fn sampled(drive: &Drive, steps: usize, step: f64) -> Vec<(f64, f64)> {
     (0..=2 * steps).map(|half| motion.at(0.5 * half as f64 * step)).collect()
 }
 
+/// Displacement (m) and velocity (m/s) of the realisations of a recorded drive, every half step.
+fn realisations(drive: &Drive, steps: usize, step: f64) -> Vec<Vec<(Lane, Lane)>> {
+    let of = |shakes: &[Series]| {
+        let value = |place: usize, i: usize| shakes.get(place).map_or(0.0, |shake| drive.amplitude * shake.values[i]);
+        let values = (0..shakes[0].len()).map(|i| Lane::of(|place| value(place, i))).collect();
+        let grid = (shakes[0].start, shakes[0].step);
+        granchain_signal::vectors::widest(Sampling { grid, values, half_step: 0.5 * step, last: 2 * steps })
+    };
+    drive.shakes().chunks(WIDTH).map(of).collect()
+}
+
+/// Realisations, eight side by side, by the spline of [`crate::scene::Motion`].
+struct Sampling {
+    /// First instant and interval, s.
+    grid: (f64, f64),
+    values: Vec<Lane>,
+    half_step: f64,
+    last: usize,
+}
+
+impl pulp::NullaryFnOnce for Sampling {
+    type Output = Vec<(Lane, Lane)>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let ends = [self.values.first(), self.values.last()]
+            .map(|end| if end.is_none_or(|end| *end == Lane::ZERO) { Ends::Natural } else { Ends::Zero });
+        let spline = Spline::through(self.grid, &self.values, ends);
+        let mut sampled = Vec::with_capacity(self.last + 1);
+        for half in 0..=self.last {
+            sampled.push(spline.at(half as f64 * self.half_step));
+        }
+        sampled
+    }
+}
+
 /// Relative tolerance of runs that go alone: below the error of a lane's fixed step.
 const SINGLE_TOLERANCE: f64 = 1e-7;
 
 struct Work {
     beads: usize,
     amplitude_scale: Lane,
+    /// Factor of every realisation.
     shaken: Vec<Lane>,
+    /// Whether the realisation of every run is the one in its place.
+    in_place: bool,
     /// N + 1 contacts each.
     offset: Vec<Lane>,
     /// k of a Hertz contact, K of a spring, the factor of the annulus.
@@ -195,7 +237,8 @@ impl Work {
         Self {
             beads,
             amplitude_scale: Lane::ZERO,
-            shaken: Vec::with_capacity(ensemble.shakes.len()),
+            shaken: Vec::new(),
+            in_place: false,
             offset: contacts(),
             stiffness: contacts(),
             damping: std::array::from_fn(|_| contacts()),
@@ -226,7 +269,7 @@ impl Work {
         let last = self.beads;
         // Where no run of the group shakes, none pays for it.
         let shaken = chunk.iter().any(|index| !variations[*index].shaken.is_empty());
-        self.shaken.resize(if shaken { ensemble.shakes.len() } else { 0 }, Lane::ZERO);
+        self.shaken.resize(if shaken { ensemble.scene.drive.shakes().len() } else { 0 }, Lane::ZERO);
         for place in 0..WIDTH {
             let variation = &variations[*chunk.get(place).unwrap_or(&chunk[0])];
             self.amplitude_scale.0[place] = variation.amplitude_scale;
@@ -261,6 +304,8 @@ impl Work {
                 }
             }
         }
+        let own = |(number, shaken): (usize, &Lane)| *shaken == Lane::of(|place| f64::from(u8::from(place == number)));
+        self.in_place = self.shaken.len() == WIDTH && self.shaken.iter().enumerate().all(own);
         self.displacement.fill(Lane::ZERO);
         self.velocity.fill(Lane::ZERO);
         self.pole = std::array::from_fn(|_| Vec::with_capacity(ensemble.steps + 1));
@@ -321,10 +366,17 @@ impl Work {
     fn piston(&self, ensemble: &Ensemble, half: usize) -> (Lane, Lane) {
         let (displacement, velocity) = ensemble.drive[half];
         let mut piston = (self.amplitude_scale * displacement, self.amplitude_scale * velocity);
-        for (shaken, shake) in self.shaken.iter().zip(&ensemble.shakes) {
-            let part = self.amplitude_scale * *shaken;
-            piston.0 = piston.0 + part * shake[half].0;
-            piston.1 = piston.1 + part * shake[half].1;
+        if self.in_place {
+            let (displacement, velocity) = ensemble.shakes[0][half];
+            return (piston.0 + self.amplitude_scale * displacement, piston.1 + self.amplitude_scale * velocity);
+        }
+        for (shaken, shakes) in self.shaken.chunks(WIDTH).zip(&ensemble.shakes) {
+            let (displacement, velocity) = shakes[half];
+            for (place, shaken) in shaken.iter().enumerate() {
+                let part = self.amplitude_scale * *shaken;
+                piston.0 = piston.0 + part * displacement.0[place];
+                piston.1 = piston.1 + part * velocity.0[place];
+            }
         }
         piston
     }

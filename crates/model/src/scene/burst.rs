@@ -10,19 +10,9 @@ const BEGUN: f64 = 0.05;
 const OVER: f64 = 0.5;
 
 impl Drive {
-    pub fn shakes_count(&self) -> usize {
-        if let DriveKind::Record { shakes, .. } = &self.kind { shakes.len() } else { 0 }
-    }
-
-    /// Realisations of what is not known of a recorded drive, each as a drive of its own; none of any other.
-    pub(crate) fn shakes(&self) -> Vec<Self> {
-        let DriveKind::Record { shakes, .. } = &self.kind else { return vec![] };
-        let drive = |shake: &Series| {
-            let (displacement, recorded_until) = (shake.clone(), shake.end());
-            let kind = DriveKind::Record { displacement, recorded_until, shakes: vec![], file: None };
-            Self { kind, ..self.clone() }
-        };
-        shakes.iter().map(drive).collect()
+    /// Realisations of what is not known of a recorded drive, m; none of any other.
+    pub fn shakes(&self) -> &[Series] {
+        if let DriveKind::Record { shakes, .. } = &self.kind { shakes } else { &[] }
     }
 
     /// First motion and end of the burst, s.
