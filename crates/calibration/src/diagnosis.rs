@@ -484,7 +484,7 @@ impl Case<'_> {
         let above = self.fit.waveform.as_ref().and_then(|waveform| waveform.difference.as_ref());
         let difference = above.map(|difference| Arc::new(difference.altered()));
         let compared = Compared { forward: &forward, noise: self.noise.clone(), trace: &trace, difference };
-        match waveform::fit(vec![compared], &elite, self.seed) {
+        match waveform::fit(vec![compared], &elite, self.seed, false) {
             // What the waveform cannot be fitted with is no cause.
             None => None,
             Some(found) if !found.decides() => Some((p, values)),

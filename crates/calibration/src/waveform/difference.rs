@@ -84,11 +84,20 @@ impl Difference {
 
     /// Turn a run of the chain at a point (ln) into what the model above expects.
     pub fn add_to(&self, run: &mut [f64], at: &[f64]) {
+        self.add_times(1.0, run, at);
+    }
+
+    /// The reverse.
+    pub fn take_from(&self, run: &mut [f64], at: &[f64]) {
+        self.add_times(-1.0, run, at);
+    }
+
+    fn add_times(&self, factor: f64, run: &mut [f64], at: &[f64]) {
         let Some(z) = z(&self.centre, &self.lower, at) else { return };
         let z: Vec<f64> = z.into_iter().map(|z| z.clamp(-REACH, REACH)).collect();
         for (t, value) in run.iter_mut().enumerate().take(self.coefficients.nrows()) {
             let slope = z.iter().enumerate().map(|(d, z)| self.coefficients[(t, d + 1)] * z).sum::<f64>();
-            *value += self.coefficients[(t, 0)] + slope;
+            *value += factor * (self.coefficients[(t, 0)] + slope);
         }
     }
 

@@ -177,17 +177,21 @@ fn level(Uncertainty { drive, droop, .. }: Uncertainty) -> (f64, f64) {
 }
 
 /// The fit of the waveforms of all records on the chain, whose search on amplitudes knows `known` (unit coordinates, the best first). `None` where a
-/// record has no waveform that can be compared, or nothing comes of it.
-pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64) -> Option<WaveformFit> {
+/// record has no waveform that can be compared, or nothing comes of it. `scouting`: without the final rounds and without the correction for a finer step,
+/// as a model above needs it.
+pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, scouting: bool) -> Option<WaveformFit> {
     let source = |compared| source(compared, None);
     let sources = Sources::new(records.into_iter().map(source).collect::<Option<Vec<_>>>()?);
     let [found, own] = start::search(&sources, known, seed)?;
-    let first = run(Rounds::about(sources.clone(), found, seed)).and_then(|rounds| said(&rounds));
+    let about = |start| {
+        let rounds = Rounds::about(sources.clone(), start, seed);
+        said(&run(if scouting { rounds.scouting() } else { rounds })?)
+    };
+    let first = about(found);
     if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
         return first;
     }
-    let again = run(Rounds::about(sources, own, seed)).and_then(|rounds| said(&rounds));
-    better(first, again)
+    better(first, about(own))
 }
 
 /// The same on a model above the chain, whose amplitudes say where the answer lies (unit coordinates) and the standard deviations of it (ln).
@@ -215,21 +219,25 @@ pub(crate) fn fit_above(
 
 /// Rounds, and again with pairs about their answer, until it lies in the middle of its pairs.
 fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> {
-    let mut pairs = Vec::new();
+    let (mut pairs, mut before) = (Vec::new(), None::<Rounds>);
     for turn in 0..TURNS {
         let (paired, made) = sources.paired(turn * BETWEEN, &start, seed)?;
         pairs.push(made);
-        if turn == 0 {
+        let rounds = match before {
+            Some(rounds) => rounds.on(paired),
             // The chain alone may lie cycles off.
-            start = start.placed(&paired, seed)?;
-        }
-        let rounds = Rounds::about(paired, start, seed);
-        let rounds = run(if turn == 0 { rounds.scouting() } else { rounds })?;
+            None => {
+                let start = start.placed(&paired, seed)?;
+                Rounds::about(paired, start, seed).scouting()
+            }
+        };
+        let rounds = run(rounds)?;
         let latest = rounds.latest()?;
         if turn + 1 == TURNS || turn > 0 && rounds.sources.distance(&latest.at) < NEAR {
             return said(&rounds).map(|fit| WaveformFit { pairs, ..fit });
         }
         start = Start::behind(latest);
+        before = Some(rounds);
     }
     None
 }

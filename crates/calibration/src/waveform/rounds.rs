@@ -127,6 +127,22 @@ impl Rounds {
         Self { scouting: true, ..self }
     }
 
+    /// Goes on about the same answer with sources whose difference from the chain is another; its runs are kept.
+    pub fn on(mut self, sources: Sources) -> Self {
+        for round in &mut self.made {
+            for ((traces, before), after) in round.traces.iter_mut().zip(&self.sources.records).zip(&sources.records) {
+                let each = traces.col_iter().zip(&round.points).map(|(column, at)| {
+                    let mut run = column.iter().copied().collect();
+                    after.raise_anew(before, &mut run, at);
+                    run
+                });
+                *traces = beside_each_other(&each.collect::<Vec<Vec<f64>>>());
+            }
+        }
+        let rounds = self.rounds.min(FEWEST - 1);
+        Self { sources, scouting: false, settled: false, rounds, closing: 0, lost: 0, ..self }
+    }
+
     /// Make a round; the runs that finished.
     fn make(&mut self) -> Option<Ensemble> {
         let count = if self.rounds == 0 { FIRST } else { FURTHER };
@@ -147,8 +163,7 @@ impl Rounds {
         ensemble.points = finished.iter().map(|run| ensemble.points[*run].clone()).collect();
         let matrix = |of: &Vec<Option<Vec<f64>>>| {
             let traces: Vec<&Vec<f64>> = finished.iter().filter_map(|run| of[*run].as_ref()).collect();
-            let len = traces.iter().map(|trace| trace.len()).min().unwrap_or(0);
-            Mat::from_fn(len, traces.len(), |t, run| traces[run][t])
+            beside_each_other(&traces)
         };
         ensemble.traces = made.iter().map(matrix).collect();
         let absolute = finished.iter().map(|run| at[*run].clone()).collect();
@@ -242,6 +257,8 @@ impl Rounds {
             self.closing += 1;
         } else if self.rounds >= FEWEST && solution.reduced() < FITTING && moved < STILL && narrow && steady {
             self.settled = true;
+            // One of the whole length gives the answer too.
+            self.closing = usize::from(self.cycles.is_none());
             if self.sources.may_leave_out() {
                 // Drop-outs in a part that was not compared yet.
                 let whole = ensemble.solve(&self.known(), &solution.shifts(), false)?;
@@ -326,7 +343,8 @@ impl Rounds {
 
     /// Runs of all rounds near a point, and what is known with their correction for a finer step.
     fn corrected(&self, about: &Solution) -> Option<(Ensemble, Known<'_>)> {
-        let correction = self.sources.finer(self.runs, &about.at);
+        let known = self.known();
+        let correction = if self.scouting { known.correction } else { self.sources.finer(self.runs, &about.at) };
         let longest = |record: usize| correction.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
         let ensemble = self.near(about, MOST_TOGETHER, &longest)?;
         Some((ensemble, Known { correction, ..self.known() }))
@@ -362,6 +380,12 @@ pub(super) fn drawn(count: usize, dimension: usize, seed: u32) -> Vec<Vec<f64>> 
         normal.inverse_cdf(uniform.clamp(1e-4, 1.0 - 1e-4))
     };
     (0..count).map(|run| (0..dimension).map(|d| coordinate(run, d)).collect()).collect()
+}
+
+/// Traces as columns, as long as the shortest.
+fn beside_each_other<T: AsRef<[f64]>>(traces: &[T]) -> Mat<f64> {
+    let len = traces.iter().map(|trace| trace.as_ref().len()).min().unwrap_or(0);
+    Mat::from_fn(len, traces.len(), |t, run| traces[run].as_ref()[t])
 }
 
 /// a − b.

@@ -1,6 +1,6 @@
 //! Where the traces come from: the chain under every record's drive, with what the model above it changes where there is one.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
@@ -26,11 +26,14 @@ use granchain_signal::feature::fingerprint::SAMPLES_PER_CYCLE;
 /// Pairs of runs that tell what a finer step changes.
 const PAIRS: usize = 16;
 
-/// Pairs that tell what the model above the chain changes.
+/// Pairs that tell what the model above the chain changes, in every turn; those of two turns correct the features.
 const PAIRS_ABOVE: usize = 24;
 
+/// Those that tell what a finer mesh changes too: with the middle stiffness.
+const MESHED: Range<usize> = FIDELITY_PAIRS..2 * FIDELITY_PAIRS;
+
 /// Runs of the model above that a fit usually makes: two turns, and those that tell what a finer mesh changes.
-pub(crate) const USUAL_RUNS: u64 = (2 * PAIRS_ABOVE + 2 * FIDELITY_PAIRS) as u64;
+pub(crate) const USUAL_RUNS: u64 = (2 * PAIRS_ABOVE + FIDELITY_PAIRS) as u64;
 
 const FEWEST_PAIRS: usize = 4;
 
@@ -145,10 +148,10 @@ impl Sources {
             let own = source.forward.waveforms(NUMBERED + first, &points, noise, show);
             let (own, lower_runs) = source.with_features(&points, own);
             let (above, upper_runs) = source.runs_above(source.above.as_ref()?, NUMBERED + first, &points);
-            let mut difference = Difference::of((&start.centre, &lower), &at, own, above)?;
             // The first pairs only say where the answer lies.
             let finer =
-                (first > 0).then(|| source.meshed(NUMBERED + first + PAIRS_ABOVE as u64, self.point(&start.centre)));
+                (first > 0).then(|| source.meshed(NUMBERED + first, &points, (&above[MESHED], &upper_runs[MESHED])));
+            let mut difference = Difference::of((&start.centre, &lower), &at, own, above)?;
             if let Some((mesh, unknown, features)) = finer.flatten() {
                 source.trace.sigma = source.trace.sigma.hypot(UNLIKE * usual(&mesh.change));
                 source.mesh = features;
@@ -232,13 +235,8 @@ impl Sources {
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let of = |source: &Source| {
             let mut runs = source.runs(NUMBERED + first, &points, cycles)?;
-            if let Some(difference) = &source.difference {
-                let both = runs.iter_mut().zip(at).filter_map(|(run, at)| Some((run.as_mut()?, at)));
-                both.for_each(|(run, at)| {
-                    difference.add_to(run, at);
-                    run.truncate(difference.columns.nrows());
-                });
-            }
+            let both = runs.iter_mut().zip(at).filter_map(|(run, at)| Some((run.as_mut()?, at)));
+            both.for_each(|(run, at)| source.raise(run, at));
             Some(runs)
         };
         self.records.iter().map(of).collect()
@@ -330,6 +328,22 @@ fn correction(own: Vec<Option<Vec<f64>>>, finer: Vec<Option<Vec<f64>>>, error: f
 }
 
 impl Source {
+    /// Turns a run of the chain at a point (ln) into one of the model above, where there is one.
+    fn raise(&self, run: &mut Vec<f64>, at: &[f64]) {
+        if let Some(difference) = &self.difference {
+            difference.add_to(run, at);
+            run.truncate(difference.columns.nrows());
+        }
+    }
+
+    /// The same for a run that another difference was added to.
+    pub(super) fn raise_anew(&self, before: &Self, run: &mut Vec<f64>, at: &[f64]) {
+        if let Some(difference) = &before.difference {
+            difference.take_from(run, at);
+        }
+        self.raise(run, at);
+    }
+
     /// Runs, as the record is compared with them, of so many cycles or of as many as are compared.
     fn runs(&self, first: u64, points: &[Point], cycles: Option<f64>) -> Option<Traces> {
         let (scene, noise) = (self.forward.scene(), self.noise.as_ref());
@@ -359,16 +373,21 @@ impl Source {
         (self.whitened(traces), runs)
     }
 
-    /// What a finer mesh of the model above changes at a point, columns of what is not known of that, and what it changes of the features.
-    fn meshed(&self, first: u64, point: Point) -> Option<(Mesh, Mat<f64>, Option<Discrepancy>)> {
-        let (points, above) = (vec![point; FIDELITY_PAIRS], self.above.as_ref()?);
-        let [(own, runs), (finer, finer_runs)] =
-            [above, above.finer()?].map(|level| self.runs_above(level, first, &points));
-        let features = Discrepancy::of(&runs, &finer_runs, MESH_ERROR);
-        let one = own.iter().flatten().next()?.clone();
-        let (change, columns) = correction(own, finer, MESH_ERROR)?;
+    /// What a finer mesh of the model above changes of some of its runs at these points, numbered from `first`; columns of what is not known of that, and
+    /// what it changes of the features.
+    fn meshed(
+        &self,
+        first: u64,
+        points: &[Point],
+        (own, runs): (&[Option<Vec<f64>>], &[Run]),
+    ) -> Option<(Mesh, Mat<f64>, Option<Discrepancy>)> {
+        let finer = self.above.as_ref()?.finer()?;
+        let (finer, finer_runs) = self.runs_above(finer, first + MESHED.start as u64, &points[MESHED]);
+        let features = Discrepancy::of(runs, &finer_runs, MESH_ERROR);
+        let one = own.iter().flatten().next()?;
+        let (change, columns) = correction(own.to_vec(), finer, MESH_ERROR)?;
         let noise = (self.trace.sigma / LEFT).powi(2);
-        let cycles = squares(&change).zip(squares(&one));
+        let cycles = squares(&change).zip(squares(one));
         let coarse = cycles.map(|(change, signal)| change > COARSE * COARSE * signal + noise).collect();
         let unknown = beside(&[columns.as_ref(), left(&change).as_ref()]);
         Some((Mesh { change, coarse }, unknown, features))
