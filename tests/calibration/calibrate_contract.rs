@@ -220,7 +220,8 @@ fn a_plan_says_it_all_and_flags_win() {
     fs::create_dir(bench.path("plans")).unwrap();
     let plan = |evaluations: &str| {
         format!(
-            "measured = \"../lab/vib.csv\"\nscene = \"../bench.toml\"\nset = [\"damping.coefficient=0.5\"]\n\
+            "measured = \"../lab/vib.csv\"\nscene = \"../bench.toml\"\n\
+             set = [\"damping.coefficient=0.5\", \"model.kind=reduced\"]\n\
              damping = [\"linear\"]\n{evaluations}\nseed = 7\n\n[parameters.alpha]\nlow = 0.3\nhigh = \"1.5\"\n\n\
              [parameters.damping]\nlow = \"100 N s/km\"\nhigh = 2\n\n[weights]\n\"band_2/3\" = 0\n"
         )
@@ -230,9 +231,10 @@ fn a_plan_says_it_all_and_flags_win() {
         let plan = ["calibrate", "--plan", "plans/fit.toml", "--quiet", "--out", "out"];
         bench.granchain(&plan).args(more).output().unwrap()
     };
-    let output = planned(&["--evaluations", "200"]);
+    let output = planned(&["--evaluations", "200", "--model", "chain"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let outcome = bench.outcome("out");
+    assert_eq!(outcome["model"], "chain");
     assert_eq!((outcome["seed"].as_u64(), outcome["evaluations"].as_u64()), (Some(7), Some(200)));
     assert_eq!(outcome["parameters"]["alpha"]["bounds"], serde_json::json!([0.3, 1.5]));
     assert_eq!(outcome["parameters"]["damping"]["bounds"], serde_json::json!([0.1, 2.0]));

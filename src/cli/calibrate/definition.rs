@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::Arguments;
 use crate::{
     calibration::{
-        bench::Bench,
+        bench::{self, Bench},
         drive::{BESIDE, Input, RecordedDrive},
         plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
         problem::Problem,
@@ -150,7 +150,10 @@ fn records(
         let mut scene = arguments.scene.clone();
         let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
-        scene.set = plan.set.iter().chain(&record.set).cloned().chain(scene.set).collect();
+        // A flag wins over the plan.
+        let stands = |set: &&String| scene.model.is_none() || !bench::sets(set, "model.kind");
+        let planned = plan.set.iter().chain(&record.set).filter(stands).cloned();
+        scene.set = planned.chain(scene.set).collect();
         let asked = Asked {
             measured: arguments.reading.options(None),
             drive: ReadOptions {
