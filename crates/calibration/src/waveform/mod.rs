@@ -107,6 +107,9 @@ const AGAIN: f64 = 0.01;
 /// Further tries above the chain where none has p above that.
 const TRIES: u64 = 2;
 
+/// p of a model above the chain below which other pairs are tried once: where two answers fit the start of a record, the worse one leaves more.
+const DOUBTED: f64 = 0.2;
+
 /// Most times that pairs are made about an answer; largest distance of the next answer from their middle, in their spread, that ends it; and the
 /// step between the numbers of their runs.
 const TURNS: u64 = 4;
@@ -203,17 +206,19 @@ pub(crate) fn fit_above(
     seed: u64,
 ) -> Option<WaveformFit> {
     let sources = Sources::new(vec![source(compared, Some(above.clone()))?]);
-    let first = turns(&sources, start::about(&sources, at, deviations), seed);
-    if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
-        return first;
+    let tried = |number: u64| turns(&sources, start::about(&sources, at, deviations), seed.wrapping_add(number));
+    let first = tried(0);
+    if let Some(fit) = first.as_ref().filter(|fit| fit.p >= AGAIN) {
+        let doubted = fit.p < DOUBTED && fit.decides() && sources.goes_on();
+        return if doubted { better(first, tried(1)) } else { first };
     }
     let [found, _] = start::search(&sources, &[at.to_vec()], seed)?;
     // Where the chain is far off, other pairs may lead elsewhere.
-    (1..=TRIES).fold(better(first, turns(&sources, found, seed)), |best, tried| {
+    (1..=TRIES).fold(better(first, turns(&sources, found, seed)), |best, number| {
         if best.as_ref().is_none_or(|fit| fit.p >= AGAIN || !fit.decides()) || !sources.goes_on() {
             return best;
         }
-        better(best, turns(&sources, start::about(&sources, at, deviations), seed.wrapping_add(tried)))
+        better(best, tried(number))
     })
 }
 
