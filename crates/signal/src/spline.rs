@@ -97,8 +97,8 @@ impl<T: Value> Spline<T> {
         let first = if ends[0] == Ends::Zero { 2 } else { PADDING };
         let last = if ends[1] == Ends::Zero { count + 2 * PADDING - 3 } else { PADDING + count - 1 };
         let mut pieces = Vec::with_capacity(last.saturating_sub(first));
-        for samples in samples[first - 2..].windows(6).take(last.saturating_sub(first)) {
-            pieces.push(polynomial(samples));
+        for index in first..last {
+            pieces.push(polynomial(&samples[index - 2..index + 4]));
         }
         let held = [values[0], values[count - 1]];
         let outside = [0, 1].map(|side| if ends[side] == Ends::Zero { rest } else { held[side] });

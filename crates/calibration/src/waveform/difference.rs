@@ -6,7 +6,7 @@
 use faer::{Mat, MatRef};
 
 use super::{
-    ensemble::{beside, solved},
+    ensemble::{as_columns, beside, solved},
     regression::Regression,
 };
 
@@ -53,11 +53,10 @@ impl Difference {
         if pairs < centre.len() + 1 + FEWEST {
             return None;
         }
-        let len = apart.iter().map(Vec::len).min()?;
-        let traces = Mat::from_fn(len, pairs, |t, pair| apart[pair][t]);
+        let traces = as_columns(&apart);
         let Regression { coefficients, residuals, freedom } = Regression::of(&points, traces.as_ref(), false)?;
         let scale = ((1.0 + 1.0 / pairs as f64) / freedom).sqrt();
-        let columns = Mat::from_fn(len, pairs, |t, pair| scale * residuals[(t, pair)]);
+        let columns = Mat::from_fn(traces.nrows(), pairs, |t, pair| scale * residuals[(t, pair)]);
         Some(Self { centre: centre.to_vec(), lower: lower.to_vec(), coefficients, columns, pairs, mesh: None })
     }
 
@@ -82,17 +81,8 @@ impl Difference {
         Self { columns: beside(&[self.columns.as_ref(), mean]), ..self.clone() }
     }
 
-    /// Turn a run of the chain at a point (ln) into what the model above expects.
-    pub fn add_to(&self, run: &mut [f64], at: &[f64]) {
-        self.add_times(1.0, run, at);
-    }
-
-    /// The reverse.
-    pub fn take_from(&self, run: &mut [f64], at: &[f64]) {
-        self.add_times(-1.0, run, at);
-    }
-
-    fn add_times(&self, factor: f64, run: &mut [f64], at: &[f64]) {
+    /// Turn a run of the chain at a point (ln) into what the model above expects: factor 1. −1 takes it back.
+    pub fn add_times(&self, factor: f64, run: &mut [f64], at: &[f64]) {
         let Some(z) = z(&self.centre, &self.lower, at) else { return };
         let z: Vec<f64> = z.into_iter().map(|z| z.clamp(-REACH, REACH)).collect();
         for (t, value) in run.iter_mut().enumerate().take(self.coefficients.nrows()) {

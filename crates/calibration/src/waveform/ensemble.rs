@@ -478,6 +478,12 @@ pub(super) fn slopes_at(regression: &Regression, z: &[f64], quadratic: bool, row
     })
 }
 
+/// Traces as columns, as long as the shortest.
+pub(super) fn as_columns<T: AsRef<[f64]>>(traces: &[T]) -> Mat<f64> {
+    let len = traces.iter().map(|trace| trace.as_ref().len()).min().unwrap_or(0);
+    Mat::from_fn(len, traces.len(), |t, run| traces[run].as_ref()[t])
+}
+
 pub(super) fn beside(parts: &[MatRef<'_, f64>]) -> Mat<f64> {
     let rows = parts.first().map_or(0, |part| part.nrows());
     let columns = parts.iter().map(|part| part.ncols()).sum();

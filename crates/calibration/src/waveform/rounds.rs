@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{
-    ensemble::{Ensemble, Known, Placed, Solution, add, solved},
+    ensemble::{Ensemble, Known, Placed, Solution, add, as_columns, solved},
     residual::Residual,
     source::{LEFT_STEADY, Sources},
     start::Start,
@@ -136,7 +136,7 @@ impl Rounds {
                     after.raise_anew(before, &mut run, at);
                     run
                 });
-                *traces = beside_each_other(&each.collect::<Vec<Vec<f64>>>());
+                *traces = as_columns(&each.collect::<Vec<Vec<f64>>>());
             }
         }
         let rounds = self.rounds.min(FEWEST - 1);
@@ -163,7 +163,7 @@ impl Rounds {
         ensemble.points = finished.iter().map(|run| ensemble.points[*run].clone()).collect();
         let matrix = |of: &Vec<Option<Vec<f64>>>| {
             let traces: Vec<&Vec<f64>> = finished.iter().filter_map(|run| of[*run].as_ref()).collect();
-            beside_each_other(&traces)
+            as_columns(&traces)
         };
         ensemble.traces = made.iter().map(matrix).collect();
         let absolute = finished.iter().map(|run| at[*run].clone()).collect();
@@ -343,11 +343,13 @@ impl Rounds {
 
     /// Runs of all rounds near a point, and what is known with their correction for a finer step.
     fn corrected(&self, about: &Solution) -> Option<(Ensemble, Known<'_>)> {
-        let known = self.known();
-        let correction = if self.scouting { known.correction } else { self.sources.finer(self.runs, &about.at) };
-        let longest = |record: usize| correction.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
+        let mut known = self.known();
+        if !self.scouting {
+            known.correction = self.sources.finer(self.runs, &about.at);
+        }
+        let longest = |record: usize| known.correction.get(record).map_or(usize::MAX, |(mean, _)| mean.len());
         let ensemble = self.near(about, MOST_TOGETHER, &longest)?;
-        Some((ensemble, Known { correction, ..self.known() }))
+        Some((ensemble, known))
     }
 
     /// What the last rounds say together, by runs corrected for their step.
@@ -380,12 +382,6 @@ pub(super) fn drawn(count: usize, dimension: usize, seed: u32) -> Vec<Vec<f64>> 
         normal.inverse_cdf(uniform.clamp(1e-4, 1.0 - 1e-4))
     };
     (0..count).map(|run| (0..dimension).map(|d| coordinate(run, d)).collect()).collect()
-}
-
-/// Traces as columns, as long as the shortest.
-fn beside_each_other<T: AsRef<[f64]>>(traces: &[T]) -> Mat<f64> {
-    let len = traces.iter().map(|trace| trace.as_ref().len()).min().unwrap_or(0);
-    Mat::from_fn(len, traces.len(), |t, run| traces[run].as_ref()[t])
 }
 
 /// a − b.

@@ -331,7 +331,7 @@ impl Source {
     /// Turns a run of the chain at a point (ln) into one of the model above, where there is one.
     fn raise(&self, run: &mut Vec<f64>, at: &[f64]) {
         if let Some(difference) = &self.difference {
-            difference.add_to(run, at);
+            difference.add_times(1.0, run, at);
             run.truncate(difference.columns.nrows());
         }
     }
@@ -339,7 +339,7 @@ impl Source {
     /// The same for a run that another difference was added to.
     pub(super) fn raise_anew(&self, before: &Self, run: &mut Vec<f64>, at: &[f64]) {
         if let Some(difference) = &before.difference {
-            difference.take_from(run, at);
+            difference.add_times(-1.0, run, at);
         }
         self.raise(run, at);
     }

@@ -36,7 +36,7 @@ pub struct Ensemble {
     /// Displacement (m) and velocity (m/s) of the piston at α = 1, every half step.
     drive: Arc<Vec<(f64, f64)>>,
     /// The same of the realisations of what is not known of it, eight side by side.
-    shakes: Vec<Vec<(Lane, Lane)>>,
+    shakes: Arc<Vec<Vec<(Lane, Lane)>>>,
     steps: usize,
     step: f64,
     /// Whether the scene has effects that no lane has: its runs are the adaptive integrator's, one by one.
@@ -83,7 +83,7 @@ impl Ensemble {
         let system = System::new(scene, fitted)?;
         let steps = (scene.duration / step * (1.0 + 1e-12)).floor() as usize;
         let drive = Arc::new(sampled(&scene.drive, steps, step));
-        let shakes = realisations(&scene.drive, steps, step);
+        let shakes = Arc::new(realisations(&scene.drive, steps, step));
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, effects, .. } = system;
         let is_single = effects.is_some() || scene.is_struck() || matches!(scene.support, Support::Foundation { .. });
@@ -98,7 +98,7 @@ impl Ensemble {
         if let DriveKind::Record { shakes: own, .. } = &mut with.scene.drive.kind {
             *own = shakes.to_vec();
         }
-        with.shakes = realisations(&with.scene.drive, self.steps, self.step);
+        with.shakes = Arc::new(realisations(&with.scene.drive, self.steps, self.step));
         with
     }
 
@@ -162,7 +162,9 @@ fn sampled(drive: &Drive, steps: usize, step: f64) -> Vec<(f64, f64)> {
 /// Displacement (m) and velocity (m/s) of the realisations of a recorded drive, every half step.
 fn realisations(drive: &Drive, steps: usize, step: f64) -> Vec<Vec<(Lane, Lane)>> {
     let of = |shakes: &[Series]| {
-        let value = |place: usize, i: usize| shakes.get(place).map_or(0.0, |shake| drive.amplitude * shake.values[i]);
+        let value = |place: usize, i: usize| {
+            shakes.get(place).and_then(|shake| shake.values.get(i)).map_or(0.0, |x| drive.amplitude * x)
+        };
         let values = (0..shakes[0].len()).map(|i| Lane::of(|place| value(place, i))).collect();
         let grid = (shakes[0].start, shakes[0].step);
         granchain_signal::vectors::widest(Sampling { grid, values, half_step: 0.5 * step, last: 2 * steps })
@@ -370,7 +372,7 @@ impl Work {
             let (displacement, velocity) = ensemble.shakes[0][half];
             return (piston.0 + self.amplitude_scale * displacement, piston.1 + self.amplitude_scale * velocity);
         }
-        for (shaken, shakes) in self.shaken.chunks(WIDTH).zip(&ensemble.shakes) {
+        for (shaken, shakes) in self.shaken.chunks(WIDTH).zip(ensemble.shakes.iter()) {
             let (displacement, velocity) = shakes[half];
             for (place, shaken) in shaken.iter().enumerate() {
                 let part = self.amplitude_scale * *shaken;
