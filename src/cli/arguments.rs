@@ -191,6 +191,16 @@ pub struct SceneArguments {
     /// Override one key of the scene: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = assignment, help_heading = "Scene")]
     pub set: Vec<String>,
+    /// What a plan sets, below all flags.
+    #[arg(skip)]
+    pub planned: Vec<String>,
+}
+
+impl SceneArguments {
+    /// Keys of the scene that plan and `--set` override.
+    pub fn overridden(&self) -> impl Iterator<Item = &str> {
+        self.planned.iter().chain(&self.set).map(String::as_str)
+    }
 }
 
 /// `--out`, `--force`: where results go.

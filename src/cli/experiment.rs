@@ -1,6 +1,6 @@
 //! From the scene flags to a scene: built-in or file, an earlier calibration's parameters, the flags, a recorded drive.
 //!
-//! Later wins: scene, then `--calibration`, then `--drive-frequency`, `--alpha`, `--model`, then `--set`, then the values
+//! Later wins: scene, then a plan's `set`, then `--calibration`, then `--drive-frequency`, `--alpha`, `--model`, then `--set`, then the values
 //! of a sweep.
 
 use super::{
@@ -67,7 +67,7 @@ fn assemble(
             return Err(usage("--scene NAME|FILE is needed; `granchain scene list` names the built-in ones"));
         }
     };
-    let mut overrides = Vec::new();
+    let mut overrides = arguments.planned.clone();
     let drive_of_fit = drive_of(calibration, arguments);
     if let Some(drive) = drive_of_fit {
         // The record is read as it was for the fit, where no flag states another reading.
@@ -139,7 +139,7 @@ fn assemble(
     assumptions.append(&mut bench.assumptions);
     bench.assumptions = assumptions;
     if drive.is_some() {
-        refuse_drive_keys(&bench, arguments.set.iter().map(String::as_str))?;
+        refuse_drive_keys(&bench, arguments.overridden())?;
     }
     Ok(bench)
 }
@@ -191,6 +191,22 @@ pub fn as_varied(error: &impl ToString, grid: &Grid) -> String {
 mod tests {
     use super::*;
     use crate::cli::arguments::preferred_model;
+
+    #[test]
+    fn flags_win_over_what_a_plan_sets() {
+        let planned = ["alpha=0.9", "model.kind=reduced", "drive.frequency=70000", "chain.beads=5"];
+        let arguments = SceneArguments {
+            scene: Some("annulus".into()),
+            model: Some(ModelKind::Chain),
+            drive_frequency: Some(73e3),
+            alpha: Some(0.5),
+            planned: planned.map(str::to_owned).to_vec(),
+            ..SceneArguments::default()
+        };
+        let scene = for_fit(&arguments, &ReadOptions::default(), false).unwrap().scene_with(&[]).unwrap();
+        let found = (scene.amplitude_scale, scene.model.kind, scene.drive.frequency, scene.chain.beads.len());
+        assert_eq!(found, (0.5, ModelKind::Chain, 73e3, 5));
+    }
 
     #[test]
     fn a_calibration_is_taken_up_on_the_model_that_answered() {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::Arguments;
 use crate::{
     calibration::{
-        bench::{self, Bench},
+        bench::Bench,
         drive::{BESIDE, Input, RecordedDrive},
         plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
         problem::Problem,
@@ -150,10 +150,7 @@ fn records(
         let mut scene = arguments.scene.clone();
         let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
-        // A flag wins over the plan.
-        let stands = |set: &&String| scene.model.is_none() || !bench::sets(set, "model.kind");
-        let planned = plan.set.iter().chain(&record.set).filter(stands).cloned();
-        scene.set = planned.chain(scene.set).collect();
+        scene.planned = plan.set.iter().chain(&record.set).cloned().collect();
         let asked = Asked {
             measured: arguments.reading.options(None),
             drive: ReadOptions {
@@ -213,7 +210,7 @@ impl InMemory {
         let drive = RecordedDrive::of_bytes_at_plateau(&path, bytes, options).map_err(DriveUnread)?;
         bench.assumptions.extend(drive.assumptions.iter().cloned());
         bench.drive = Some(drive);
-        experiment::refuse_drive_keys(&bench, scene.set.iter().map(String::as_str))?;
+        experiment::refuse_drive_keys(&bench, scene.overridden())?;
         Ok(bench)
     }
 

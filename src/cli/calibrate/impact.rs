@@ -53,7 +53,7 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
     };
     let mut scene = arguments.scene.clone();
     scene.scene = Some(source);
-    scene.set = plan.set.iter().cloned().chain(scene.set).collect();
+    scene.planned.clone_from(&plan.set);
     scene.drive.clear();
     // What is wrong with a scene is said by the path that it belongs to.
     let Ok(bench) = experiment::for_fit(&scene, &ReadOptions::default(), true) else { return Ok(None) };
