@@ -1,13 +1,19 @@
 //! Loops compiled for the vector instructions of the machine.
 
-use pulp::{Arch, NullaryFnOnce, WithSimd};
+#[cfg(not(target_arch = "x86_64"))]
+use pulp::Arch;
+use pulp::{NullaryFnOnce, WithSimd};
 
 /// Runs a loop whose results do not depend on the width of the vectors, on the widest.
 pub fn widest<Op: NullaryFnOnce>(op: Op) -> Op::Output {
+    // pulp's own choice would compile the widest twice.
     #[cfg(target_arch = "x86_64")]
-    if let Some(wide) = pulp::x86::V4::try_new() {
-        return wide.vectorize(op);
-    }
+    return match (pulp::x86::V4::try_new(), pulp::x86::V3::try_new()) {
+        (Some(eight), _) => eight.vectorize(op),
+        (None, Some(four)) => four.vectorize(op),
+        (None, None) => op.call(),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
     Arch::new().dispatch(op)
 }
 

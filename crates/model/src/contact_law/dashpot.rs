@@ -32,7 +32,7 @@ impl DampingTerm {
     }
 }
 
-/// A block made for each set of terms that a law has; larger sets stand for those that none has.
+/// A block made for no term, for the linear one, and for all: a term that is zero beside a root costs next to nothing.
 macro_rules! for_terms {
     ($terms:expr, $name:ident => $body:expr) => {
         match $terms {
@@ -42,10 +42,6 @@ macro_rules! for_terms {
             }
             1 => {
                 const $name: $crate::contact_law::Terms = 1;
-                $body
-            }
-            2 => {
-                const $name: $crate::contact_law::Terms = 2;
                 $body
             }
             _ => {
