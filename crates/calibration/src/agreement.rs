@@ -51,7 +51,7 @@ pub struct Agreement {
 
 impl Agreement {
     /// Compares the record at the point `at` of the box; `None` if there are too few runs around it.
-    pub fn of(training: &TrainingRuns, at: &[f64], seed: u64) -> Option<Self> {
+    pub(crate) fn of(training: &TrainingRuns, at: &[f64], seed: u64) -> Option<Self> {
         let local = training.regress(at)?;
         let own = local.residue(&local.deviation)?;
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x00A6_4EE5);

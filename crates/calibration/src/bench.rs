@@ -89,7 +89,7 @@ impl Bench {
     }
 
     /// Whether an override names `key`.
-    pub fn sets(&self, key: &str) -> bool {
+    pub(crate) fn sets(&self, key: &str) -> bool {
         self.overrides.iter().any(|set| sets(set, key))
     }
 

@@ -24,7 +24,7 @@ pub struct Candidate {
 
 impl Candidate {
     /// Its name in files: `linear`, `linear-clamped`.
-    pub fn key(&self) -> String {
+    pub(crate) fn key(&self) -> String {
         match self.mount {
             Some(mount) => format!("{}-{}", self.law, mount.name()),
             None => self.law.clone(),
@@ -45,7 +45,11 @@ impl Candidate {
 }
 
 /// Every law with every mount, on the bench of every record; assumptions are added to `assumptions`.
-pub fn candidates(plan: &Plan, benches: &[&Bench], assumptions: &mut Vec<String>) -> Result<Vec<Candidate>, Refusal> {
+pub(crate) fn candidates(
+    plan: &Plan,
+    benches: &[&Bench],
+    assumptions: &mut Vec<String>,
+) -> Result<Vec<Candidate>, Refusal> {
     let Some(lead) = benches.first() else { return Err(Contradiction::NoRecord.into()) };
     let scene = lead.scene_with(&[])?;
     let mounts = mounts(plan, lead, &scene, assumptions)?;

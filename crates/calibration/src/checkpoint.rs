@@ -62,7 +62,7 @@ impl SearchCheckpoint {
 
     /// The checkpoint of a further search of the same fit; number 0 is this one.
     #[must_use]
-    pub fn numbered(&self, number: usize) -> Self {
+    pub(crate) fn numbered(&self, number: usize) -> Self {
         let mut numbered = self.clone();
         if number > 0 {
             numbered.path.set_extension(format!("{number}.json"));

@@ -133,7 +133,7 @@ impl Comparison {
     }
 
     /// Recorded value of feature `index`, SI; `None` for a one-sided statement.
-    pub fn measured(&self, index: usize) -> Option<f64> {
+    pub(crate) fn measured(&self, index: usize) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
             Reduction::Published(printed) => match printed.statements.get(index)?.statement {
@@ -144,7 +144,7 @@ impl Comparison {
     }
 
     /// The same for a record with all amplitudes multiplied by `factor`.
-    pub fn scaled(&self, factor: f64) -> Option<Self> {
+    pub(crate) fn scaled(&self, factor: f64) -> Option<Self> {
         let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
         let scaled = |(index, z): (usize, &f64)| if self.unit(index) == "1" { *z } else { z + factor.ln() };
         Some(Self {
@@ -160,7 +160,7 @@ impl Comparison {
 
     /// Derivative of each feature z with respect to the logarithm of a factor on the trace: 1 for an amplitude, less
     /// near the floor, 0 for a ratio.
-    pub fn answers(&self) -> Vec<f64> {
+    pub(crate) fn answers(&self) -> Vec<f64> {
         let answer = |(index, z): (usize, &f64)| match self.amplitude(index, *z) {
             _ if self.unit(index) == "1" => 0.0,
             Some(amplitude) => (amplitude / z.exp()).powi(2),
@@ -170,7 +170,7 @@ impl Comparison {
     }
 
     /// Value behind z of feature `index`, SI; `None` for a published statement.
-    pub fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
+    pub(crate) fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, z)),
             Reduction::Published(_) => None,
@@ -178,7 +178,7 @@ impl Comparison {
     }
 
     /// SI unit of feature `index`, `1` for a pure number.
-    pub fn unit(&self, index: usize) -> &'static str {
+    pub(crate) fn unit(&self, index: usize) -> &'static str {
         let pure = match &self.reduction {
             Reduction::Fingerprint(fingerprint) => {
                 fingerprint.names().get(index).is_some_and(|name| name.starts_with("ratio"))
@@ -190,7 +190,7 @@ impl Comparison {
         if pure { "1" } else { self.measurand().unit() }
     }
 
-    pub fn measurand(&self) -> Measurand {
+    pub(crate) fn measurand(&self) -> Measurand {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.measurand(),
             Reduction::Published(_) => Measurand::Velocity,
@@ -198,7 +198,7 @@ impl Comparison {
     }
 
     /// Required duration of a run under `drive`, s.
-    pub fn duration(&self, drive: &Drive) -> f64 {
+    pub(crate) fn duration(&self, drive: &Drive) -> f64 {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) if !fingerprint.by_onset() => {
                 drive.burst().1 + FALL_ALLOWANCE / drive.frequency
@@ -212,7 +212,7 @@ impl Comparison {
 
     /// First crossing of the onset threshold by a conditioned trace, s; `None` if there is none, or if the comparison
     /// does not align by onset.
-    pub fn onset(&self, trace: &Series) -> Option<f64> {
+    pub(crate) fn onset(&self, trace: &Series) -> Option<f64> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) if fingerprint.by_onset() => {
                 fingerprint.alignment(trace).ok().map(|index| trace.time(index))
@@ -256,7 +256,7 @@ impl Comparison {
     }
 
     /// Features z of a conditioned trace (m/s or Pa).
-    pub fn reduce(&self, trace: &Series) -> Result<Vec<f64>, String> {
+    pub(crate) fn reduce(&self, trace: &Series) -> Result<Vec<f64>, String> {
         match &self.reduction {
             Reduction::Fingerprint(fingerprint) => fingerprint.measure(trace).map_err(|error| error.to_string()),
             Reduction::Published(printed) => printed.measure(trace).map_err(|error| error.to_string()),
@@ -264,7 +264,7 @@ impl Comparison {
     }
 
     /// The same with other weights for the features named.
-    pub fn weighted(mut self, weights: &BTreeMap<String, f64>) -> Result<Self, WeightError> {
+    pub(crate) fn weighted(mut self, weights: &BTreeMap<String, f64>) -> Result<Self, WeightError> {
         let names = self.names();
         for (name, &weight) in weights {
             let Some(index) = names.iter().position(|known| known == name) else {

@@ -58,7 +58,7 @@ const SCATTERED_ROUND: usize = 96;
 const ELITES: [usize; 3] = [16, 12, 10];
 
 /// Number of best runs whose median misfit is reported: about the same share as the ten best of a search's 600.
-pub const BEST: usize = 3;
+pub(crate) const BEST: usize = 3;
 
 /// Most pairs without a global search.
 pub(crate) fn most_pairs(dimension: usize) -> usize {
@@ -215,7 +215,7 @@ impl Correction {
     }
 
     /// Whether the answer lies at the edge of the region covered by runs, and may lie outside it.
-    pub fn leans(&self) -> bool {
+    pub(crate) fn leans(&self) -> bool {
         self.motion.leans
     }
 
@@ -239,7 +239,7 @@ impl Correction {
 
     /// Difference between the levels at a point, by local regression: expected features of both levels, mean and
     /// scatter of the differences of pairs. Empty if a regression is impossible.
-    pub fn differences(&self, at: &[f64]) -> Vec<LevelDifference> {
+    pub(crate) fn differences(&self, at: &[f64]) -> Vec<LevelDifference> {
         let both = || self.pairs.iter().filter_map(|pair| Some((pair, pair.lower.features()?, pair.upper.features()?)));
         let neighbours = neighbours(self.spans.len()).min(both().count().saturating_sub(1));
         let regress = |features: Features<'_>| {

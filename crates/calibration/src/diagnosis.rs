@@ -136,7 +136,7 @@ impl Finding {
 }
 
 /// The first record, as fitted.
-pub struct Case<'a> {
+pub(crate) struct Case<'a> {
     /// The scene on the chain, with the fitted law.
     pub scene: &'a Scene,
     /// Contact laws of its bodies, if known.
@@ -158,7 +158,7 @@ pub struct Case<'a> {
 
 impl Case<'_> {
     /// Up to three causes, most likely first; `warned` lists the reader's warnings.
-    pub fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
+    pub(crate) fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
         let mut findings: Vec<Finding> = [self.sign(), self.scale()].into_iter().flatten().collect();
         if !findings.iter().any(|finding| finding.p_value.is_some_and(|p| p >= EXPLAINED)) {
             findings.extend(self.decades());

@@ -52,7 +52,7 @@ pub struct Discrepancy {
 }
 
 impl Discrepancy {
-    pub fn none(training: &TrainingRuns) -> Self {
+    pub(crate) fn none(training: &TrainingRuns) -> Self {
         let zero = vec![0.0; training.nuggets.len()];
         Self { shift: zero.clone(), nuggets: zero, pairs: 0 }
     }

@@ -59,7 +59,7 @@ impl Input {
 }
 
 /// The horn-tip record in the folder of a record, if there is one.
-pub fn beside(measured: &Path) -> Option<PathBuf> {
+pub(crate) fn beside(measured: &Path) -> Option<PathBuf> {
     let beside = measured.with_file_name(BESIDE);
     (beside.is_file() && beside != measured).then_some(beside)
 }
@@ -121,7 +121,7 @@ impl RecordedDrive {
     }
 
     /// The scene under this drive, with the record's duration unless `keep_duration`.
-    pub fn drive(&self, mut scene: Scene, keep_duration: bool) -> Scene {
+    pub(crate) fn drive(&self, mut scene: Scene, keep_duration: bool) -> Scene {
         let HornDrive { displacement, recorded_until, drive_frequency, .. } = &self.motion;
         if !keep_duration {
             scene.duration = (recorded_until / scene.output_step).floor() * scene.output_step;

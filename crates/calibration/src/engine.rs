@@ -53,7 +53,7 @@ pub fn trace(response: Response, measurand: Measurand) -> Result<Series, ModelEr
 }
 
 /// The trace of a measurand in every scene, by [`Prepared::traces`] where that has it.
-pub fn traces(
+pub(crate) fn traces(
     prepared: &Prepared,
     scenes: &[Scene],
     measurand: Measurand,

@@ -27,7 +27,7 @@ use granchain_record::run_log::RunLogError;
 use granchain_signal::Series;
 
 /// Factor on the mesh density of the finer bodies, and on the number of their steps.
-pub const FINER: f64 = 1.5;
+pub(crate) const FINER: f64 = 1.5;
 
 /// Why a batch of runs is incomplete.
 #[derive(Debug, Error)]
@@ -129,7 +129,7 @@ impl Bodies {
     }
 
     /// The fidelity levels of a scene on these bodies, lowest first, above the runs of `chain`.
-    pub fn fidelities(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
+    pub(crate) fn fidelities(&self, chain: &Forward, scene: &Scene) -> Vec<FidelityLevel> {
         let own = FidelityLevel::new(chain, Arc::clone(&self.prepared), scene).with_finer(self.finer.clone());
         let Some((below, scene_below)) = self.below.as_deref().map(|(_, bodies)| bodies).zip(reduced_below(scene))
         else {
@@ -162,7 +162,7 @@ impl FidelityLevel {
 
     /// The same with stores for its runs and those on finer bodies.
     #[must_use]
-    pub fn keeping(mut self, own: Arc<RunStore>, finer: Arc<RunStore>) -> Self {
+    pub(crate) fn keeping(mut self, own: Arc<RunStore>, finer: Arc<RunStore>) -> Self {
         self.kept = Some(own);
         self.finer = self.finer.map(|fidelity| Arc::new(Self { kept: Some(finer), ..Self::clone(&fidelity) }));
         self
@@ -175,11 +175,11 @@ impl FidelityLevel {
     }
 
     /// This level on finer bodies, if there are any.
-    pub fn finer(&self) -> Option<&Self> {
+    pub(crate) fn finer(&self) -> Option<&Self> {
         self.finer.as_deref()
     }
 
-    pub fn prepared(&self) -> &Arc<Prepared> {
+    pub(crate) fn prepared(&self) -> &Arc<Prepared> {
         &self.prepared
     }
 

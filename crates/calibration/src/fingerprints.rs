@@ -53,7 +53,7 @@ pub struct CandidateRuns {
 impl CandidateRuns {
     /// Number of runs made before level `fidelity` above the chain (from 0), without repetitions of lower levels in
     /// pairs.
-    pub fn before(&self, fidelity: usize) -> usize {
+    pub(crate) fn before(&self, fidelity: usize) -> usize {
         let pairs = self.corrections.iter().take(fidelity).flatten().map(Vec::len);
         self.search.iter().map(Vec::len).sum::<usize>() + pairs.sum::<usize>()
     }
@@ -61,7 +61,7 @@ impl CandidateRuns {
 
 /// Names of columns and models of a calibration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Names {
+pub(crate) struct Names {
     pub parameters: Vec<String>,
     /// The features of each record.
     pub features: Vec<Vec<String>>,
@@ -71,7 +71,7 @@ pub struct Names {
 
 impl Names {
     /// The model of a fidelity level; 0 is that of the search.
-    pub fn model(&self, fidelity: usize) -> &str {
+    pub(crate) fn model(&self, fidelity: usize) -> &str {
         self.models.get(fidelity).map_or("?", String::as_str)
     }
 

@@ -149,7 +149,7 @@ impl Fit {
 
     /// The parameters in a box widened beyond the bounds that the answer presses on; `None` if there is no such bound
     /// that may be moved. A parameter that presses on both ends is not identified, in a wider box neither.
-    pub fn widened(&self) -> Option<Vec<Parameter>> {
+    pub(crate) fn widened(&self) -> Option<Vec<Parameter>> {
         widened(&self.parameters, |d| {
             let [low, high] = [0.05, 0.95].map(|probability| self.posterior.quantile(d, probability));
             match Parameter::pressed(low, self.most_likely[d], high) {
@@ -217,12 +217,12 @@ impl Fit {
     }
 
     /// The fitted values, SI, in the order of `parameters`.
-    pub fn values(&self) -> Vec<f64> {
+    pub(crate) fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()
     }
 
     /// The fitted point in unit coordinates.
-    pub fn position(&self) -> Vec<f64> {
+    pub(crate) fn position(&self) -> Vec<f64> {
         self.parameters.iter().zip(self.values()).map(|(parameter, value)| parameter.coordinate(value)).collect()
     }
 }

@@ -173,7 +173,7 @@ impl FittedCandidate {
     }
 
     /// Summary of its fit; makes no run.
-    pub fn outcome(&self, problem: &Problem) -> FitOutcome {
+    pub(crate) fn outcome(&self, problem: &Problem) -> FitOutcome {
         let fit = &self.fit;
         let names = problem.lead().comparison.names();
         let differences = fit.below.iter().flat_map(|below| names.iter().zip(&below.differences));
@@ -204,12 +204,12 @@ impl FittedCandidate {
     }
 
     /// Name of its mount, if mounts are compared.
-    pub fn mount(&self) -> Option<String> {
+    pub(crate) fn mount(&self) -> Option<String> {
         self.candidate.mount.map(|mount| mount.name().to_owned())
     }
 
     /// Result of each fidelity level, lowest first, with its expected features at the answer.
-    pub fn fidelities(&self, problem: &Problem) -> Vec<FidelityOutcome> {
+    pub(crate) fn fidelities(&self, problem: &Problem) -> Vec<FidelityOutcome> {
         let comparison = &problem.lead().comparison;
         let names = comparison.names();
         let features = |z: &dyn Fn(usize) -> Option<(f64, Option<f64>)>| -> BTreeMap<String, FidelityFeature> {
@@ -296,7 +296,7 @@ impl Fitted {
     }
 
     /// The law that the record prefers, or `undecided`; `None` if only one was fitted.
-    pub fn preferred_law(&self) -> Option<String> {
+    pub(crate) fn preferred_law(&self) -> Option<String> {
         let fits: Vec<_> = self.candidates.iter().map(|it| (it.candidate.law.clone(), &it.fit)).collect();
         self.several(|candidate| candidate.law.clone()).then(|| decision(statement::preferred_of(&fits, &[])))
     }

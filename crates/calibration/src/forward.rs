@@ -172,7 +172,7 @@ impl Forward {
     }
 
     /// The same runs with the same draws and a finer step; `None` if there is none.
-    pub fn refined(&self) -> Option<Self> {
+    pub(crate) fn refined(&self) -> Option<Self> {
         let engine = self.engine.refined(&self.scene, self.laws.as_ref()).ok()?;
         Some(Self { engine, ..self.clone() })
     }
@@ -327,7 +327,7 @@ impl Forward {
     }
 
     /// As [`Forward::run`], with the onset of every run. After a stop, the remaining runs have no outcome.
-    pub fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
+    pub(crate) fn timed(&self, first: u64, positions: &[Vec<f64>]) -> Vec<TimedRun> {
         let draw = |at: &Vec<f64>, _: usize, random: &mut ChaCha8Rng| self.drawn(at, random);
         let see = |at: &Vec<f64>, trace: Traced, random: &mut ChaCha8Rng| match trace {
             Some(trace) => self.finish(at, trace, random),
@@ -337,7 +337,7 @@ impl Forward {
     }
 
     /// Reports the number of finished runs; returns whether to go on.
-    pub fn report(&self, runs: u64) -> bool {
+    pub(crate) fn report(&self, runs: u64) -> bool {
         (self.watch)(runs)
     }
 
@@ -407,7 +407,7 @@ impl Forward {
 
     /// Posterior predictive runs: `count` points drawn from a posterior with fresh nuisances, and the instrument's
     /// passband for each.
-    pub fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<(Variation, Option<Passband>)> {
+    pub(crate) fn predicted(&self, posterior: &Posterior, count: usize) -> Vec<(Variation, Option<Passband>)> {
         let draw = |number: usize| {
             let mut random = self.generator(PREDICTED + number as u64);
             let at = posterior.draw(1.0, &mut random);
@@ -415,12 +415,6 @@ impl Forward {
             (variation, self.passband(&at, || random.random()))
         };
         (0..count).map(draw).collect()
-    }
-
-    /// Features z of a trace (m/s or Pa, 160 samples a drive period) that needs no noise: low-pass, 40 samples a period, features.
-    pub fn features(&self, trace: Series) -> Result<Vec<f64>, String> {
-        let filtered = self.filtered(&trace);
-        self.comparison.reduce(&self.bridged(trace, filtered, || 0.0))
     }
 
     /// A conditioned run `filtered`, with the record's gaps bridged before the filter; unchanged if the record has

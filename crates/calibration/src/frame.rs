@@ -17,7 +17,7 @@ pub struct Frame {
 
 impl Frame {
     /// From points in unit coordinates; `None` if there are not more points than coordinates plus one.
-    pub fn of(points: &[&[f64]]) -> Option<Self> {
+    pub(crate) fn of(points: &[&[f64]]) -> Option<Self> {
         let dimension = points.first()?.len();
         if points.len() <= dimension + 1 {
             return None;
@@ -42,7 +42,7 @@ impl Frame {
     }
 
     /// y of a point u.
-    pub fn inside(&self, u: &[f64]) -> Vec<f64> {
+    pub(crate) fn inside(&self, u: &[f64]) -> Vec<f64> {
         let mut y: Vec<f64> = Vec::with_capacity(u.len());
         for (row, (u, centre)) in self.rows.iter().zip(u.iter().zip(&self.centre)) {
             let known: f64 = row.iter().zip(&y).map(|(l, y)| l * y).sum();
@@ -52,13 +52,13 @@ impl Frame {
     }
 
     /// u of a point y.
-    pub fn outside(&self, y: &[f64]) -> Vec<f64> {
+    pub(crate) fn outside(&self, y: &[f64]) -> Vec<f64> {
         let moved = |row: &Vec<f64>| row.iter().zip(y).map(|(l, y)| l * y).sum::<f64>();
         self.rows.iter().zip(&self.centre).map(|(row, centre)| centre + moved(row)).collect()
     }
 
     /// Volume in u of a unit of y.
-    pub fn volume(&self) -> f64 {
+    pub(crate) fn volume(&self) -> f64 {
         self.rows.iter().enumerate().map(|(d, row)| row[d]).product()
     }
 }

@@ -41,7 +41,7 @@ pub struct SavedFit {
 impl SavedFit {
     /// Reads the saved states of search and corrections (lowest first) and locates the stored runs of the highest
     /// level.
-    pub fn restore(
+    pub(crate) fn restore(
         search: SearchCheckpoint,
         corrections: Vec<SearchCheckpoint>,
         kept: Option<RunFile>,

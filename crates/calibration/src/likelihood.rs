@@ -10,7 +10,7 @@
 //! residual covariance with its off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix
 //! of the regressors (1, x − x₀).
 //!
-//! Several records have independent runs at a given x, so SL is the sum over the records ([`TrainingRuns::parted`]).
+//! Several records have independent runs at a given x, so SL is the sum over the records (`TrainingRuns::parted`).
 //!
 //! After S. N. Wood, *Nature* 466 (2010) 1102. The regression in place of replicates, k, the shrinkage and the
 //! tempering exponent β of [`super::posterior`] were tuned on synthetic records, see `docs/method.md`.
@@ -27,7 +27,7 @@ use super::frame::Frame;
 pub(crate) const NEIGHBOURS: usize = 40;
 
 /// Neighbours k of a local regression on `dimension` parameters: more parameters need more neighbours.
-pub const fn neighbours(dimension: usize) -> usize {
+pub(crate) const fn neighbours(dimension: usize) -> usize {
     match dimension {
         0..=2 => NEIGHBOURS,
         3 => 60,
@@ -40,7 +40,7 @@ const SMALLEST_WEIGHT: f64 = 1e-12;
 
 /// Finished runs, prepared for the regression.
 #[derive(Debug, Clone)]
-pub struct TrainingRuns {
+pub(crate) struct TrainingRuns {
     positions: Vec<Vec<f64>>,
     deviations: Vec<Vec<f64>>,
     /// Smallest scatter allowed to each feature.
@@ -63,7 +63,7 @@ pub struct TrainingRuns {
 impl TrainingRuns {
     /// Runs (unit coordinates, fingerprint) to be judged against `observed`; `weights` w divide the covariance of features
     /// f and g by √(w_f w_g).
-    pub fn new<'a>(
+    pub(crate) fn new<'a>(
         runs: impl Iterator<Item = (&'a [f64], &'a [f64])>,
         observed: &[f64],
         nuggets: &[f64],
@@ -100,7 +100,7 @@ impl TrainingRuns {
     /// The same with the model's discretisation error: `shift` is added to every run's features, `nuggets` to their
     /// scatter.
     #[must_use]
-    pub fn corrected(mut self, shift: &[f64], nuggets: &[f64]) -> Self {
+    pub(crate) fn corrected(mut self, shift: &[f64], nuggets: &[f64]) -> Self {
         for deviation in &mut self.deviations {
             deviation.iter_mut().zip(shift).for_each(|(deviation, shift)| *deviation += shift);
         }
@@ -119,14 +119,14 @@ impl TrainingRuns {
     /// `answers`: response of each feature). This is exact; a factor drawn in the runs would be lost when the
     /// off-diagonals are shrunk.
     #[must_use]
-    pub fn scaled(mut self, deviation: f64, answers: Vec<f64>) -> Self {
+    pub(crate) fn scaled(mut self, deviation: f64, answers: Vec<f64>) -> Self {
         self.sensitivity = (deviation, answers);
         self
     }
 
     /// The same with features of several records: `counts` gives their numbers, which sum to all features.
     #[must_use]
-    pub fn parted(mut self, counts: &[usize]) -> Self {
+    pub(crate) fn parted(mut self, counts: &[usize]) -> Self {
         let mut end = 0;
         let part = |count: &usize| {
             end += count;
@@ -136,18 +136,18 @@ impl TrainingRuns {
         self
     }
 
-    pub fn records(&self) -> usize {
+    pub(crate) fn records(&self) -> usize {
         self.parts.len()
     }
 
     /// Range of the features of record `record`.
-    pub fn part(&self, record: usize) -> Range<usize> {
+    pub(crate) fn part(&self, record: usize) -> Range<usize> {
         self.parts[record].clone()
     }
 
     /// The same runs, judged by record `record` alone.
     #[must_use]
-    pub fn of_record(&self, record: usize) -> Self {
+    pub(crate) fn of_record(&self, record: usize) -> Self {
         let part = self.part(record);
         Self {
             positions: self.positions.clone(),
@@ -175,7 +175,7 @@ impl TrainingRuns {
 
     /// The same, restricted to a region between two corners of the unit box: outside it the likelihood is 0.
     #[must_use]
-    pub fn within(mut self, low: Vec<f64>, high: Vec<f64>) -> Self {
+    pub(crate) fn within(mut self, low: Vec<f64>, high: Vec<f64>) -> Self {
         self.domain = Some((low, high));
         self
     }
@@ -184,12 +184,12 @@ impl TrainingRuns {
         self.domain.clone().unwrap_or_else(|| (vec![0.0; dimension], vec![1.0; dimension]))
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.positions.len()
     }
 
     /// Whether there are no runs.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
 
@@ -207,7 +207,7 @@ impl TrainingRuns {
     }
 
     /// The runs nearest to a point, nearest first.
-    pub fn nearest(&self, at: &[f64], count: usize) -> Vec<usize> {
+    pub(crate) fn nearest(&self, at: &[f64], count: usize) -> Vec<usize> {
         let squared = self.distances(at);
         let mut order: Vec<usize> = (0..squared.len()).collect();
         order.sort_by(|a, b| squared[*a].total_cmp(&squared[*b]));
@@ -239,7 +239,7 @@ impl TrainingRuns {
     }
 
     /// Misfit of each run: mean over features of min(|z − z₀|/s, 5)², s the scatter.
-    pub fn misfits(&self, scatter: &[f64]) -> Vec<f64> {
+    pub(crate) fn misfits(&self, scatter: &[f64]) -> Vec<f64> {
         let total: f64 = self.weights.iter().sum();
         self.deviations
             .iter()
@@ -248,7 +248,7 @@ impl TrainingRuns {
     }
 
     /// Standard deviation of each feature over all runs, nugget included: the scatter before any regression.
-    pub fn spread(&self) -> Vec<f64> {
+    pub(crate) fn spread(&self) -> Vec<f64> {
         let count = self.len().max(1) as f64;
         (0..self.nuggets.len())
             .map(|f| {
@@ -260,7 +260,7 @@ impl TrainingRuns {
     }
 
     /// Distance from a run to its `rank`-th nearest other run, in unit coordinates.
-    pub fn spacing(&self, run: usize, rank: usize) -> f64 {
+    pub(crate) fn spacing(&self, run: usize, rank: usize) -> f64 {
         let mut distances: Vec<f64> = (0..self.len())
             .filter(|&other| other != run)
             .map(|other| {
@@ -273,7 +273,7 @@ impl TrainingRuns {
         distances.get(rank.saturating_sub(1)).copied().unwrap_or(0.5)
     }
 
-    pub fn position(&self, run: usize) -> &[f64] {
+    pub(crate) fn position(&self, run: usize) -> &[f64] {
         &self.positions[run]
     }
 }

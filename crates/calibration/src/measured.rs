@@ -47,7 +47,7 @@ pub(crate) fn is_published(path: &Path) -> bool {
 
 impl Measured {
     /// Reads and checks a file for runs of `scene` under `drive`, if recorded; assumptions are added to `assumptions`.
-    pub fn read(
+    pub(crate) fn read(
         path: &Path,
         (quantity, set): (Measurand, FeatureSet),
         options: &ReadOptions,
@@ -71,7 +71,7 @@ impl Measured {
     }
 
     /// Checks a vibrometer or hydrophone record that has been read.
-    pub fn of(
+    pub(crate) fn of(
         mut record: Record,
         set: FeatureSet,
         (scene, drive): (&Scene, Option<&RecordedDrive>),
@@ -98,7 +98,7 @@ impl Measured {
     }
 
     /// The comparison of runs with it.
-    pub fn comparison(&self) -> Comparison {
+    pub(crate) fn comparison(&self) -> Comparison {
         match self {
             Self::Record(measured) => measured.observation.comparison.clone(),
             Self::Published(measured) => measured.printed.clone().into(),
@@ -128,7 +128,7 @@ impl Measured {
     }
 
     /// The conditioned waveform, if there is one.
-    pub fn trace(&self) -> Option<&Series> {
+    pub(crate) fn trace(&self) -> Option<&Series> {
         match self {
             Self::Record(measured) => Some(&measured.observation.trace),
             Self::Published(_) => None,
@@ -136,7 +136,7 @@ impl Measured {
     }
 
     /// Warnings about the record, and what is left out because of them.
-    pub fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         match self {
             Self::Record(measured) => {
                 [measured.record.warnings.clone(), measured.observation.warnings.clone()].concat()
@@ -146,7 +146,7 @@ impl Measured {
     }
 
     /// The published statements, if there is no waveform.
-    pub fn features(&self) -> Option<&MeasuredFeatures> {
+    pub(crate) fn features(&self) -> Option<&MeasuredFeatures> {
         match self {
             Self::Record(_) => None,
             Self::Published(measured) => Some(measured),

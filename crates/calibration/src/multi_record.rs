@@ -101,7 +101,7 @@ impl MultiRecord {
 
     /// Runs the points for every record, numbered from `first`: the fingerprints of all records, concatenated. A point
     /// fails if one of its runs fails.
-    pub fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
+    pub(crate) fn run(&self, first: u64, positions: &[Vec<f64>]) -> Vec<Run> {
         let mut runs = self.first().run(first, positions);
         for (number, record) in self.records.iter().enumerate().skip(1) {
             for (run, more) in runs.iter_mut().zip(record.run(first, positions)) {

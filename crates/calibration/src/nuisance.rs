@@ -73,7 +73,7 @@ const TOGETHER: f64 = 0.6;
 
 /// Name, SI unit, largest plausible value (SI), the units that are left out where it is exceeded (0.5 m of gap is none of a chain, 0.5 nm is), and
 /// value.
-pub type Named<'a> = (&'static str, &'static str, f64, &'static [&'static str], &'a mut f64);
+pub(crate) type Named<'a> = (&'static str, &'static str, f64, &'static [&'static str], &'a mut f64);
 
 impl Uncertainty {
     /// What may be stated.

@@ -123,7 +123,7 @@ pub enum Fall {
 }
 
 /// Default choice among [`Passband::stated`].
-pub const MIDDLE: f64 = 0.5;
+pub(crate) const MIDDLE: f64 = 0.5;
 
 /// Assumed share of zero-phase instruments if only the bandwidth is stated.
 const PHASELESS: f64 = 0.3;
@@ -193,7 +193,7 @@ fn rounding(record: &Record) -> f64 {
 
 impl Recording {
     /// From a bead's or hydrophone's record; for `begins_late` see the field.
-    pub fn of(record: &Record, begins_late: bool) -> Self {
+    pub(crate) fn of(record: &Record, begins_late: bool) -> Self {
         let measurand = match record.kind {
             RecordKind::Hydrophone => Measurand::Pressure,
             RecordKind::HornTip | RecordKind::Vibrometer => Measurand::Velocity,

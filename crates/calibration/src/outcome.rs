@@ -74,7 +74,7 @@ pub struct MaskedStretch {
 }
 
 impl MaskedStretch {
-    pub fn of(file: &Path, masked: &[Masked]) -> Vec<Self> {
+    pub(crate) fn of(file: &Path, masked: &[Masked]) -> Vec<Self> {
         let stretch = |masked: &Masked| Self {
             file: file.display().to_string(),
             from_s: Some(masked.gap.from).filter(|t| t.is_finite()),
@@ -164,7 +164,7 @@ pub struct WaveformOutcome {
 
 impl WaveformOutcome {
     /// Of a fit that has one.
-    pub fn of(fit: &Fit) -> Option<Self> {
+    pub(crate) fn of(fit: &Fit) -> Option<Self> {
         let waveform = fit.waveform.as_ref()?;
         let around = |middle: f64, deviation: f64| [-1.0, 1.0].map(|side| middle * (side * QUANTILE * deviation).exp());
         let alpha = fit.parameters.iter().zip(&waveform.at).find(|(parameter, _)| parameter.target == Target::Alpha);
@@ -300,7 +300,7 @@ pub struct FidelityFeature {
 
 impl FidelityOutcome {
     /// A fidelity level with a fit of its own.
-    pub fn of(model: &str, fit: &Fit, features: BTreeMap<String, FidelityFeature>) -> Self {
+    pub(crate) fn of(model: &str, fit: &Fit, features: BTreeMap<String, FidelityFeature>) -> Self {
         Self {
             model: model.into(),
             runs: fit.runs.len() as u64,
@@ -398,7 +398,7 @@ pub(crate) fn estimates_by_name(
 }
 
 /// Correlations of every pair of more than two parameters.
-pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
+pub(crate) fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
     let count = if fit.parameters.len() > 2 { fit.parameters.len() } else { 0 };
     let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
     let name = |index: usize| fit.parameters[index].name.as_str();
@@ -406,7 +406,7 @@ pub fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
 }
 
 /// Failure messages and their counts; numbers in them are removed so that equal messages merge.
-pub fn failures(fit: &Fit) -> BTreeMap<String, u64> {
+pub(crate) fn failures(fit: &Fit) -> BTreeMap<String, u64> {
     failures_of(fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()))
 }
 
@@ -426,7 +426,7 @@ fn without_numbers(reason: &str) -> String {
         .join(" ")
 }
 
-pub fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
+pub(crate) fn lobes(fit: &Fit) -> Vec<OutcomeLobe> {
     let extent = |lobe: &super::posterior::Lobe| {
         fit.parameters
             .iter()

@@ -61,7 +61,7 @@ pub struct Lobe {
 impl Posterior {
     /// Evaluates on a grid that first covers the box (or the region where the regression is used), then up to three
     /// times the part that carries weight. `None` if no point of the box allows a regression.
-    pub fn of(training: &TrainingRuns, dimension: usize) -> Option<Self> {
+    pub(crate) fn of(training: &TrainingRuns, dimension: usize) -> Option<Self> {
         let cells = CELLS[dimension.clamp(1, CELLS.len()) - 1];
         let (lowest, highest) = match &training.frame {
             None => training.domain(dimension),
@@ -130,7 +130,7 @@ impl Posterior {
         (0..self.mass.len()).max_by(|&a, &b| self.mass[a].total_cmp(&self.mass[b])).unwrap_or(0)
     }
 
-    pub fn dimension(&self) -> usize {
+    pub(crate) fn dimension(&self) -> usize {
         self.low.len()
     }
 
@@ -195,7 +195,7 @@ impl Posterior {
     }
 
     /// Marginal quantile of coordinate `d`, linear within a cell, or between cell centres of a frame.
-    pub fn quantile(&self, d: usize, probability: f64) -> f64 {
+    pub(crate) fn quantile(&self, d: usize, probability: f64) -> f64 {
         if self.frame.is_some() {
             return self.quantile_of_centres(d, probability);
         }
@@ -241,7 +241,7 @@ impl Posterior {
     }
 
     /// Correlation of coordinates `a` and `b`.
-    pub fn correlation(&self, a: usize, b: usize) -> f64 {
+    pub(crate) fn correlation(&self, a: usize, b: usize) -> f64 {
         let of_pair = |index: usize| {
             let centre = self.centre(index);
             [centre[a], centre[b]]
@@ -312,7 +312,7 @@ impl Posterior {
     }
 
     /// Connected parts of the 90 % region that hold at least 1 % each, heaviest first.
-    pub fn lobes(&self) -> Vec<Lobe> {
+    pub(crate) fn lobes(&self) -> Vec<Lobe> {
         let level = self.level();
         let mut seen = vec![false; self.mass.len()];
         let mut lobes = vec![];

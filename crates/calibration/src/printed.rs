@@ -144,7 +144,7 @@ impl PublishedComparison {
 
     /// The published value of a feature, by its key (`positive_peak`, `line_1/3` for the amplitude of a line,
     /// `ratio_1/3`, `thd`), SI; `None` if no number is published.
-    pub fn value(&self, key: &str) -> Option<f64> {
+    pub(crate) fn value(&self, key: &str) -> Option<f64> {
         let found = self.statements.iter().find(|feature| self::key(feature).as_deref() == Some(key))?;
         match found.statement {
             Statement::Value { value, .. } => Some(value),
@@ -208,7 +208,7 @@ impl PublishedComparison {
     }
 
     /// Description of how each statement is compared.
-    pub fn assumptions(&self) -> Vec<String> {
+    pub(crate) fn assumptions(&self) -> Vec<String> {
         let mut said: Vec<String> = self
             .statements
             .iter()

@@ -287,7 +287,7 @@ impl Problem {
         self.above.last().unwrap_or(&ModelKind::Chain).name()
     }
 
-    pub fn names(&self) -> Names {
+    pub(crate) fn names(&self) -> Names {
         let of = |recorded_run: &RecordedRun| recorded_run.comparison.names().iter().map(ToString::to_string).collect();
         Names {
             parameters: self.candidates[0].parameters.iter().map(|parameter| parameter.name.clone()).collect(),

@@ -32,14 +32,14 @@ pub enum Source {
 }
 
 impl Source {
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         match self {
             Self::File(path, _) => path,
             Self::Record(record, _) => &record.path,
         }
     }
 
-    pub fn options(&self) -> &ReadOptions {
+    pub(crate) fn options(&self) -> &ReadOptions {
         match self {
             Self::File(_, options) | Self::Record(_, options) => options,
         }
@@ -69,7 +69,7 @@ pub struct RecordedRun {
 
 impl RecordedRun {
     /// Masked samples of its record and of its drive record.
-    pub fn masked(&self) -> Vec<MaskedStretch> {
+    pub(crate) fn masked(&self) -> Vec<MaskedStretch> {
         let record = self.measured.record().map(|record| MaskedStretch::of(&record.path, &record.masked));
         let drive = self.bench.drive.as_ref().map(|drive| MaskedStretch::of(&drive.input.path, &drive.masked));
         [record, drive].into_iter().flatten().flatten().collect()

@@ -47,7 +47,7 @@ impl Local {
 
     /// Factor of the first record's amplitudes over the expected ones, by generalised least squares; `answers` is the
     /// response of each feature to its logarithm.
-    pub fn factor(&self, answers: &[f64]) -> Option<f64> {
+    pub(crate) fn factor(&self, answers: &[f64]) -> Option<f64> {
         let record = self.records.first()?;
         let factor = Cholesky::new(record.covariance.clone())?;
         let answers = DVector::from_column_slice(answers.get(record.features.clone())?);

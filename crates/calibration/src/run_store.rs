@@ -7,7 +7,7 @@ use granchain_record::run_log::{RunLog, RunLogError};
 
 /// Location of the stored runs of one fidelity level of one fit.
 #[derive(Debug, Clone)]
-pub struct RunFile {
+pub(crate) struct RunFile {
     pub path: PathBuf,
     /// Digest of the fit's inputs; runs with another digest are ignored.
     pub key: String,
@@ -15,7 +15,7 @@ pub struct RunFile {
 
 /// Stored runs of a fidelity level.
 #[derive(Debug)]
-pub struct RunStore {
+pub(crate) struct RunStore {
     log: RunLog,
     key: String,
     runs: BTreeMap<usize, (String, Run)>,
@@ -24,12 +24,12 @@ pub struct RunStore {
 impl RunFile {
     /// The file for the finer bodies of the same level.
     #[must_use]
-    pub fn finer(&self) -> Self {
+    pub(crate) fn finer(&self) -> Self {
         Self { path: self.path.with_extension("finer.jsonl"), key: self.key.clone() }
     }
 
     /// Opens or creates the store.
-    pub fn open(&self) -> Result<RunStore, RunLogError> {
+    pub(crate) fn open(&self) -> Result<RunStore, RunLogError> {
         let (log, runs) = RunLog::open(&self.path)?;
         Ok(RunStore { log, key: self.key.clone(), runs })
     }
@@ -37,17 +37,17 @@ impl RunFile {
 
 impl RunStore {
     /// The stored run with this number and position, if there is one.
-    pub fn found(&self, number: u64, position: &[f64]) -> Option<&Run> {
+    pub(crate) fn found(&self, number: u64, position: &[f64]) -> Option<&Run> {
         let (key, run) = self.runs.get(&usize::try_from(number).ok()?)?;
         (*key == self.key && run.position == position).then_some(run)
     }
 
     /// Stores a run; on return it is on disc.
-    pub fn keep(&self, number: u64, run: &Run) -> Result<(), RunLogError> {
+    pub(crate) fn keep(&self, number: u64, run: &Run) -> Result<(), RunLogError> {
         self.log.keep(number as usize, &(&self.key, run))
     }
 
-    pub fn damage(&self) -> Option<String> {
+    pub(crate) fn damage(&self) -> Option<String> {
         self.log.damage()
     }
 }

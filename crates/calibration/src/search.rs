@@ -28,7 +28,7 @@ use super::{
 pub(crate) const EVALUATION_RANGE: std::ops::RangeInclusive<usize> = 200..=100_000;
 
 /// State that argmin's executor carries: the best position and its misfit.
-pub type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
+pub(crate) type SearchState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// Sizes of the elites, one a batch of stage 2.
 const ELITES: [usize; 5] = [24, 20, 16, 12, 10];
@@ -215,7 +215,7 @@ fn along_elite(training: &TrainingRuns, elite: &[usize], count: usize, random: &
 }
 
 /// Training runs by misfit, best first, in units of the local scatter around the best.
-pub fn ranking(training: &TrainingRuns) -> Vec<(f64, usize)> {
+pub(crate) fn ranking(training: &TrainingRuns) -> Vec<(f64, usize)> {
     let sorted = |scatter: &[f64]| {
         let mut misfits: Vec<(f64, usize)> =
             training.misfits(scatter).into_iter().enumerate().map(|(run, misfit)| (misfit, run)).collect();

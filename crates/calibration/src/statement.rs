@@ -24,7 +24,7 @@ const WIDE: f64 = 0.5;
 const DECISIVE: f64 = 3.0;
 
 /// Statements that a reader needs before using the values.
-pub fn statements(fit: &Fit) -> Vec<String> {
+pub(crate) fn statements(fit: &Fit) -> Vec<String> {
     let mut said: Vec<String> = fit.waveform.iter().map(waveform).collect();
     match fit.verdict {
         Verdict::OutsideScatter => said.push(format!(
@@ -206,7 +206,7 @@ pub(crate) fn assumed_drive(fit: &Fit, scene: &Scene) -> Option<String> {
 }
 
 /// Statement on a search of a wider range and its result.
-pub fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
+pub(crate) fn widened(fit: &Fit, runs: &CandidateRuns) -> Option<String> {
     let bounds =
         |parameter: &Parameter| format!("{} {} to {}", parameter.name, short(parameter.low), short(parameter.high));
     let bounds = || fit.parameters.iter().map(bounds).collect::<Vec<_>>().join(", ");
@@ -236,7 +236,7 @@ fn further_ridges(fit: &Fit) -> Vec<String> {
 
 /// Further statements on several records fitted together: which of them is not explained, and how much narrower the
 /// joint intervals are. `labels` are the labels of the records.
-pub fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
+pub(crate) fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
     let shares = || labels.iter().zip(&fit.shares);
     if fit.verdict == Verdict::OutsideScatter {
         let outside = |share: &Share| share.p < agreement::OUTSIDE;
@@ -345,7 +345,7 @@ fn drift(levels: &[[f64; 2]], labels: &[String]) -> Vec<String> {
 const MISSED: f64 = 1.0;
 
 /// Further statements on published features: whether they test the model, and which one-sided ones hold.
-pub fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
+pub(crate) fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
     let mut said = Vec::new();
     let (one_sided, values): (Vec<_>, Vec<_>) =
         printed.statements.iter().enumerate().partition(|(_, it)| !matches!(it.statement, Statement::Value { .. }));

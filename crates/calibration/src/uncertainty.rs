@@ -32,11 +32,11 @@ impl Number {
 
 /// Stated values by name, SI; others keep their defaults.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct StatedUncertainty(BTreeMap<String, f64>);
+pub(crate) struct StatedUncertainty(BTreeMap<String, f64>);
 
 impl StatedUncertainty {
     /// By the names of [`Uncertainty::named`].
-    pub fn new(stated: &BTreeMap<String, Number>) -> Result<Self, Refusal> {
+    pub(crate) fn new(stated: &BTreeMap<String, Number>) -> Result<Self, Refusal> {
         let value = |(name, number): (&String, &Number)| {
             let mut usual = Uncertainty::default();
             let Some((_, unit, most, units, _)) = usual.named().into_iter().find(|(known, ..)| known == name) else {
@@ -65,7 +65,7 @@ impl StatedUncertainty {
 
     /// Uncertainty for the runs of `scene`; the horn record adds the error of its baseline and of its vibrometer's
     /// filter.
-    pub fn of(&self, scene: &Scene, drive: Option<&RecordedDrive>) -> Result<Uncertainty, Refusal> {
+    pub(crate) fn of(&self, scene: &Scene, drive: Option<&RecordedDrive>) -> Result<Uncertainty, Refusal> {
         let bandwidth = drive.and_then(|drive| drive.bandwidth);
         let mut drawn = Uncertainty {
             baseline: drive.and_then(|drive| drive.baseline_error).unwrap_or(0.0),

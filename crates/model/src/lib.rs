@@ -27,7 +27,7 @@ use thiserror::Error;
 use crate::{response::Response, scene::Scene};
 
 /// Called by a model now and then with the simulated time (s); returning `false` stops the run.
-pub type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
+pub(crate) type Progress<'a> = &'a mut dyn FnMut(f64) -> bool;
 
 fn need_drive(scene: &Scene, model: &'static str) -> Result<(), ModelError> {
     let Some(file) = scene.pending_record() else { return Ok(()) };

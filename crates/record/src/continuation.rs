@@ -27,7 +27,7 @@ pub(super) struct Continuation {
 impl Continuation {
     /// Fits the samples `inwards(0)`, `inwards(1)`, … up to `reach` of them; the first lies `offset` samples inside
     /// the edge, `period` is in samples. `None` if there are fewer samples than unknowns.
-    pub fn fit(inwards: impl Fn(usize) -> f64, reach: usize, offset: f64, period: f64) -> Option<Self> {
+    pub(crate) fn fit(inwards: impl Fn(usize) -> f64, reach: usize, offset: f64, period: f64) -> Option<Self> {
         let angular = 2.0 * PI / period;
         let possible = (HIGHEST * period) as usize;
         let unknowns = |harmonics: usize| 4 * harmonics + 1;
@@ -71,7 +71,7 @@ impl Continuation {
     }
 
     /// The value `u` samples inside the edge, or outside (negative).
-    pub fn at(&self, u: f64) -> f64 {
+    pub(crate) fn at(&self, u: f64) -> f64 {
         let grown = if u < 0.0 { self.levels_off * libm::tanh(u / self.levels_off) } else { u };
         let line = |(k, [a, b, d, e]): (usize, &[f64; 4])| {
             let (sin, cos) = sin_cos(self.angular * (k + 1) as f64 * u);
@@ -81,12 +81,12 @@ impl Continuation {
     }
 
     /// Amplitude of the drive line at the edge.
-    pub fn amplitude(&self) -> f64 {
+    pub(crate) fn amplitude(&self) -> f64 {
         self.lines.first().map_or(0.0, |[a, _, d, _]| libm::hypot(*a, *d))
     }
 
     /// The zero crossing nearest to the edge, within `from`…`to` (samples inside the edge).
-    pub fn zero(&self, from: f64, to: f64) -> Option<f64> {
+    pub(crate) fn zero(&self, from: f64, to: f64) -> Option<f64> {
         const PARTS: usize = 64;
         let place = |part: usize| from + (to - from) * part as f64 / PARTS as f64;
         let crossings = (0..PARTS).filter_map(|part| {

@@ -16,7 +16,7 @@ choice! {
 impl DecimalSign {
     /// Its name in messages, in the plural.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Point => "decimal points",
             Self::Comma => "decimal commas",

@@ -35,7 +35,7 @@ impl Delimiter {
 
     /// Its name in messages, in the plural.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Comma => "commas",
             Self::Semicolon => "semicolons",

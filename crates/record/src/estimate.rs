@@ -69,7 +69,7 @@ impl Remainder {
 
     /// S at a frequency (Hz), m²/Hz; 0 beyond the last.
     #[must_use]
-    pub fn at(&self, frequency: f64) -> f64 {
+    pub(crate) fn at(&self, frequency: f64) -> f64 {
         let bin = (frequency / self.frequency_step).round();
         if bin >= 0.0 { self.density.get(bin as usize).copied().unwrap_or(0.0) } else { 0.0 }
     }
@@ -99,7 +99,7 @@ impl Noisy<'_> {
     /// noise, and κ = 1 + 3/√(bins smoothed), so that bins of noise alone stay closed. A velocity is divided by iω and
     /// high-passed at f0/8 (half a cosine from f0/16) to remove drift. The residual density is N G, divided by ω² for
     /// an integral.
-    pub fn estimate(&self) -> (Vec<f64>, Option<Remainder>) {
+    pub(crate) fn estimate(&self) -> (Vec<f64>, Option<Remainder>) {
         let mut work = self.values.to_vec();
         // An even number has a last bin that is real, as the first.
         if work.len() % 2 == 1 {

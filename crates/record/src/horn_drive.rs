@@ -138,7 +138,7 @@ struct End {
 
 impl Recorded {
     /// The drive; `None` where nothing moves.
-    pub fn drive(mut self) -> Option<HornDrive> {
+    pub(crate) fn drive(mut self) -> Option<HornDrive> {
         let trend = self.trend();
         let Self { integrated, sigma, drive_frequency, cutoff, .. } = self;
         let (step, count) = (self.series.step, self.series.len());

@@ -153,7 +153,7 @@ fn refuse_commas(
 
 impl Header {
     /// From the first row; afterwards `rows` stands at the first row of numbers.
-    pub fn read(
+    pub(crate) fn read(
         path: &Path,
         rows: &mut Rows<'_>,
         preamble: Option<&Preamble>,

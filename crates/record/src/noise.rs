@@ -21,7 +21,7 @@ pub enum NoiseSource {
 
 impl NoiseSource {
     #[must_use]
-    pub fn describe(self) -> &'static str {
+    pub(crate) fn describe(self) -> &'static str {
         match self {
             Self::Quiet => "quiet samples",
             Self::Quantisation => "quantisation",

@@ -46,7 +46,7 @@ impl Search<'_> {
     /// 3. back by half periods as long as the part of sin ωt in them exceeds 3.5 of its own σ (of white noise, or as the samples long before
     ///    scatter, which counts hum in): a slow envelope begins in the noise;
     /// 4. the crossing of the lines fitted to three periods from there, within an eighth of a period.
-    pub fn onset(&self) -> Option<Onset> {
+    pub(crate) fn onset(&self) -> Option<Onset> {
         let Self { values, sigma, period, jumps } = *self;
         let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, x.abs()));
         let threshold = f64::max(DEPARTED * sigma, SMALLEST * peak);

@@ -20,19 +20,19 @@ pub fn line_of(text: &str, at: Option<usize>) -> usize {
 
 impl Place {
     #[must_use]
-    pub fn file(path: &Path) -> Self {
+    pub(crate) fn file(path: &Path) -> Self {
         Self { path: path.into(), line: None, column: None }
     }
 
     /// A line of a file.
     #[must_use]
-    pub fn line(path: &Path, line: u64) -> Self {
+    pub(crate) fn line(path: &Path, line: u64) -> Self {
         Self { path: path.into(), line: Some(line), column: None }
     }
 
     /// A column in a line of a file.
     #[must_use]
-    pub fn cell(path: &Path, line: u64, column: &str) -> Self {
+    pub(crate) fn cell(path: &Path, line: u64, column: &str) -> Self {
         Self::line(path, line).of(column)
     }
 

@@ -234,7 +234,7 @@ impl Record {
 
     /// Cutoff of [`Record::to_drive`], Hz: the least of 0.4 of the sample rate, the vibrometer's bandwidth and 10 f0.
     #[must_use]
-    pub fn drive_cutoff(&self, drive_frequency: f64) -> f64 {
+    pub(crate) fn drive_cutoff(&self, drive_frequency: f64) -> f64 {
         let cutoff = (0.4 * self.series.sample_rate()).min(DRIVE_CUTOFF * drive_frequency);
         self.bandwidth.map_or(cutoff, |bandwidth| cutoff.min(bandwidth))
     }
@@ -244,7 +244,7 @@ impl Record {
     /// - The piston rests until motion begins; the start is traced back from the first departure to its zero crossing.
     ///   No window is applied to recorded samples.
     /// - The motion is continued beyond both ends by a prediction from its outermost periods, and low-passed with zero
-    ///   phase at [`Record::drive_cutoff`].
+    ///   phase at `Record::drive_cutoff`.
     /// - Separable noise and drift are removed.
     /// - A velocity is integrated; content below f0/8 is removed.
     /// - The model's clock is the record's, unless motion begins before t = 0.

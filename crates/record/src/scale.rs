@@ -120,7 +120,7 @@ impl Sensitivity {
 
     /// Value of one unit of `voltage`.
     #[must_use]
-    pub fn unit_of(self, voltage: Unit) -> Unit {
+    pub(crate) fn unit_of(self, voltage: Unit) -> Unit {
         Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
     }
 
@@ -131,7 +131,7 @@ impl Sensitivity {
     }
 
     #[must_use]
-    pub fn dimension(self) -> Dimension {
+    pub(crate) fn dimension(self) -> Dimension {
         self.dimension
     }
 }

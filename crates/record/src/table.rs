@@ -116,7 +116,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    pub fn new(bytes: &'a [u8], first: u64, delimiter: Delimiter) -> Self {
+    pub(crate) fn new(bytes: &'a [u8], first: u64, delimiter: Delimiter) -> Self {
         let mut builder = ReaderBuilder::new();
         builder.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(delimiter.byte());
         let reader = builder.from_reader(bytes);
@@ -124,7 +124,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Read the next row that is not blank; false at the end.
-    pub fn advance(&mut self) -> bool {
+    pub(crate) fn advance(&mut self) -> bool {
         // Reading from memory with flexible rows has nothing to fail at.
         while matches!(self.reader.read_byte_record(&mut self.record), Ok(true)) {
             // The byte after the row is known, the line is counted from it: comments and blank lines have been passed over.
@@ -141,7 +141,7 @@ impl<'a> Rows<'a> {
     }
 
     /// The cells of a header, cut to the longest name.
-    pub fn cells(&self) -> Vec<String> {
+    pub(crate) fn cells(&self) -> Vec<String> {
         self.record.iter().map(|cell| shortened(text(cell), LONGEST_NAME)).collect()
     }
 

@@ -42,7 +42,7 @@ struct Frame {
 impl Motion {
     /// Of a run with beads of this diameter, m, and something behind the last or nothing; `None` where nothing moves or the chain is too long to be drawn bead by bead.
     #[must_use]
-    pub fn of(response: &Response, diameter: f64, has_support: bool) -> Option<Self> {
+    pub(crate) fn of(response: &Response, diameter: f64, has_support: bool) -> Option<Self> {
         let beads = response.bead_displacement.len();
         let samples = response.piston_displacement.len();
         let places: Vec<_> = [&response.piston_displacement].into_iter().chain(&response.bead_displacement).collect();

@@ -88,7 +88,7 @@ pub(crate) fn shown_unit(unit: &str) -> (f64, &str) {
 
 /// One panel a group of curves: points with their scatter joined by a line, references dashed in the curve's colour.
 #[must_use]
-pub fn sweep_figure(report: &SweepReport) -> Figure {
+pub(crate) fn sweep_figure(report: &SweepReport) -> Figure {
     let mut groups: Vec<&str> = Vec::new();
     for curve in report.curves.iter().filter(|curve| !curve.points.is_empty()) {
         if !groups.contains(&curve.group.as_str()) {

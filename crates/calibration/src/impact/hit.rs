@@ -37,7 +37,7 @@ pub struct Impulses {
 impl Impulses {
     /// ln of return time (s), of the ratio of the peaks and of the ratio of the widths, returned over incident. A filter that passes both impulses
     /// alike leaves all three nearly as they are.
-    pub fn features(&self) -> Features {
+    pub(crate) fn features(&self) -> Features {
         let Return { delay, ratio, widths: [incident, returned] } = self.returned;
         Features::new(delay.ln(), ratio.ln(), (returned / incident).ln())
     }

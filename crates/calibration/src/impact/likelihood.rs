@@ -11,7 +11,7 @@ use super::{
 
 /// Standard deviations of ln of return time, ratio of peaks and ratio of widths that a hit has until several hits say it better: where a bead comes
 /// to rest between two hits, and how the striker meets it.
-pub const FLOOR: [f64; FEATURES] = [0.01, 0.05, 0.05];
+pub(crate) const FLOOR: [f64; FEATURES] = [0.01, 0.05, 0.05];
 
 /// Number of hits that this floor counts for.
 pub(crate) const FLOOR_HITS: f64 = 4.0;
@@ -31,7 +31,7 @@ fn diagonal(deviations: [f64; FEATURES]) -> Covariance {
 
 /// The mean of several hits, and how they scatter about it.
 #[derive(Debug, Clone)]
-pub struct Hits {
+pub(crate) struct Hits {
     pub mean: Features,
     pub count: f64,
     /// Sum of squares about the mean.
@@ -39,7 +39,7 @@ pub struct Hits {
 }
 
 impl Hits {
-    pub fn of(hits: &[Features]) -> Self {
+    pub(crate) fn of(hits: &[Features]) -> Self {
         let count = hits.len() as f64;
         let mean = hits.iter().sum::<Features>() / count;
         let squares = hits.iter().map(|hit| (hit - mean) * (hit - mean).transpose()).sum();
@@ -47,12 +47,12 @@ impl Hits {
     }
 
     /// Degrees of freedom of the scatter.
-    pub fn freedom(&self) -> f64 {
+    pub(crate) fn freedom(&self) -> f64 {
         FLOOR_HITS + self.count - 1.0
     }
 
     /// Covariance of one hit: that of the hits, and of runs beside the floor, each by the number of hits it counts for.
-    pub fn scatter(&self, runs: &Covariance) -> Covariance {
+    pub(crate) fn scatter(&self, runs: &Covariance) -> Covariance {
         let floor = runs + diagonal(FLOOR);
         (floor * FLOOR_HITS + self.squares) / self.freedom()
     }
@@ -60,7 +60,7 @@ impl Hits {
 
 /// Likelihood of the hits over the box: a normal density of their mean.
 #[derive(Debug, Clone)]
-pub struct Likelihood<'a> {
+pub(crate) struct Likelihood<'a> {
     pub regression: &'a Regression,
     pub hits: &'a Hits,
     /// Covariance of one hit.
@@ -68,7 +68,7 @@ pub struct Likelihood<'a> {
 }
 
 impl<'a> Likelihood<'a> {
-    pub fn new(regression: &'a Regression, hits: &'a Hits) -> Self {
+    pub(crate) fn new(regression: &'a Regression, hits: &'a Hits) -> Self {
         Self { regression, hits, scatter: hits.scatter(&regression.scatter) }
     }
 
@@ -81,12 +81,12 @@ impl<'a> Likelihood<'a> {
 
     /// Covariance of what all hits share. What the regression leaves of a run is counted too: collisions at the foot answer to a velocity that all hits
     /// have in a way that no polynomial follows.
-    pub fn shared(&self) -> Covariance {
+    pub(crate) fn shared(&self) -> Covariance {
         self.regression.shared + self.regression.scatter + diagonal(SET_UP)
     }
 
     /// T² of the mean, and ln of its density.
-    pub fn at(&self, at: &[f64]) -> [f64; 2] {
+    pub(crate) fn at(&self, at: &[f64]) -> [f64; 2] {
         let expected = self.regression.expected(at);
         let Some(root) = Cholesky::new(self.covariance(expected.leverage)) else {
             return [f64::INFINITY, f64::NEG_INFINITY];
@@ -98,7 +98,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// The deviation of each feature of the mean from the model at a point, in standard deviations.
-    pub fn deviations(&self, at: &[f64]) -> Features {
+    pub(crate) fn deviations(&self, at: &[f64]) -> Features {
         let expected = self.regression.expected(at);
         let covariance = self.covariance(expected.leverage);
         Features::from_fn(|feature, _| {
@@ -108,7 +108,7 @@ impl<'a> Likelihood<'a> {
 
     /// Share of right experiments whose mean is as far from the model as this, by Hotelling's T² of what `fitted` parameters leave; of none left as of
     /// one.
-    pub fn p_value(&self, square: f64, fitted: usize) -> f64 {
+    pub(crate) fn p_value(&self, square: f64, fitted: usize) -> f64 {
         let left = FEATURES.saturating_sub(fitted).max(1) as f64;
         let second = (self.hits.freedom() - left + 1.0).max(1.0);
         let fisher = FisherSnedecor::new(left, second);
@@ -129,7 +129,7 @@ pub struct Grid {
 
 impl Grid {
     /// `None` where no point has a density.
-    pub fn of(likelihood: &Likelihood<'_>, within: &[[f64; 2]]) -> Option<Self> {
+    pub(crate) fn of(likelihood: &Likelihood<'_>, within: &[[f64; 2]]) -> Option<Self> {
         let cells = CELLS[within.len().clamp(1, CELLS.len()) - 1];
         let mut grid = Self { within: within.to_vec(), cells, mass: Vec::new(), square: 0.0, best: Vec::new() };
         let count = cells.pow(within.len() as u32);
@@ -157,7 +157,7 @@ impl Grid {
     }
 
     /// Mean and covariance of a function of the point.
-    pub fn moments(&self, of: impl Fn(&[f64]) -> Features) -> (Features, Covariance) {
+    pub(crate) fn moments(&self, of: impl Fn(&[f64]) -> Features) -> (Features, Covariance) {
         let cells = self.mass.iter().enumerate().filter(|(_, mass)| **mass > 1e-9);
         let values: Vec<(f64, Features)> = cells.map(|(cell, mass)| (*mass, of(&self.centre(cell)))).collect();
         let mean = values.iter().map(|(mass, value)| value * *mass).sum::<Features>();
@@ -186,13 +186,13 @@ impl Grid {
     }
 
     /// Correlation of two coordinates.
-    pub fn correlation(&self, a: usize, b: usize) -> f64 {
+    pub(crate) fn correlation(&self, a: usize, b: usize) -> f64 {
         let (_, covariance) = self.moments(|at| Features::new(at[a], at[b], 0.0));
         covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt()
     }
 
     /// The part of the box that holds what the hits leave, `reach` standard deviations about its middle and at least `least` wide, inside the box.
-    pub fn holds(&self, reach: f64, least: f64) -> Vec<[f64; 2]> {
+    pub(crate) fn holds(&self, reach: f64, least: f64) -> Vec<[f64; 2]> {
         let part = |d: usize| {
             let (mean, covariance) = self.moments(|at| Features::new(at[d], 0.0, 0.0));
             let half = (reach * covariance[(0, 0)].sqrt()).max(0.5 * least);

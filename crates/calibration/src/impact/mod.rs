@@ -159,7 +159,7 @@ impl Experiment {
     }
 
     /// The features of the hits, in order.
-    pub fn features(&self) -> Vec<Features> {
+    pub(crate) fn features(&self) -> Vec<Features> {
         self.hits.iter().map(|hit| hit.impulses.features()).collect()
     }
 

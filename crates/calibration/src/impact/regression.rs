@@ -10,7 +10,7 @@ use super::{
     run::{Run, SHARED},
 };
 
-pub type Covariance = SMatrix<f64, FEATURES, FEATURES>;
+pub(crate) type Covariance = SMatrix<f64, FEATURES, FEATURES>;
 
 /// Residual, in robust standard deviations, beyond which a run is left out: another impulse was taken for the returned one.
 const OUTLIER: f64 = 4.5;
@@ -20,7 +20,7 @@ const TRIMMINGS: usize = 3;
 const NORMAL: f64 = 0.6745;
 
 #[derive(Debug, Clone)]
-pub struct Regression {
+pub(crate) struct Regression {
     /// Part of the box that the runs cover.
     within: Vec<[f64; 2]>,
     coefficients: DMatrix<f64>,
@@ -30,12 +30,11 @@ pub struct Regression {
     pub scatter: Covariance,
     /// B Bᵀ: covariance of what the hits share.
     pub shared: Covariance,
-    pub used: usize,
 }
 
 /// What hits at a point show.
 #[derive(Debug, Clone, Copy)]
-pub struct Expected {
+pub(crate) struct Expected {
     pub mean: Features,
     /// Variance of the regression over that of a run, 1.
     pub leverage: f64,
@@ -51,7 +50,7 @@ fn terms(at: &[f64], within: &[[f64; 2]]) -> Vec<f64> {
 
 impl Regression {
     /// `None` if too few runs finished.
-    pub fn of(runs: &[Run], within: &[[f64; 2]]) -> Option<Self> {
+    pub(crate) fn of(runs: &[Run], within: &[[f64; 2]]) -> Option<Self> {
         let inside = |run: &&Run| run.at.iter().zip(within).all(|(u, [low, high])| (*low..=*high).contains(u));
         let mut kept: Vec<(Vec<f64>, Features)> = runs
             .iter()
@@ -90,7 +89,7 @@ impl Regression {
         let scatter = Covariance::from_fn(|a, b| residual.column(a).dot(&residual.column(b)) / freedom);
         let b = coefficients.rows(columns - SHARED, SHARED);
         let shared = Covariance::from_fn(|i, j| b.column(i).dot(&b.column(j)));
-        Some(Self { within: within.to_vec(), coefficients, inverse, scatter, shared, used: runs.len() })
+        Some(Self { within: within.to_vec(), coefficients, inverse, scatter, shared })
     }
 
     fn at(&self, x: &[f64]) -> Features {
@@ -99,7 +98,7 @@ impl Regression {
     }
 
     /// At a point of the box, the shared unknowns at their middle.
-    pub fn expected(&self, at: &[f64]) -> Expected {
+    pub(crate) fn expected(&self, at: &[f64]) -> Expected {
         let mut x = terms(at, &self.within);
         x.extend([0.0; SHARED]);
         let vector = DVector::from_column_slice(&x);

@@ -16,7 +16,7 @@ use crate::parameter::{Parameter, Target, varied};
 /// Quantities that all hits share and that nobody fits: velocity, bead stiffness, corner of the AC coupling, where in its bead the sensor reads.
 pub(crate) const SHARED: usize = 4;
 
-pub type Nuisance = SVector<f64, SHARED>;
+pub(crate) type Nuisance = SVector<f64, SHARED>;
 
 /// Corner of the AC coupling, Hz, and the standard deviation of its logarithm: from coupling that leaves an impulse as it is to one that bends its
 /// foot below zero by a third.
@@ -56,7 +56,7 @@ pub struct Run {
 
 /// A bench on which hits are simulated.
 #[derive(Debug, Clone)]
-pub struct Bench<'a> {
+pub(crate) struct Bench<'a> {
     pub scene: &'a Scene,
     pub parameters: &'a [Parameter],
     pub unknown: Unknown,
@@ -67,7 +67,7 @@ pub struct Bench<'a> {
 
 impl Bench<'_> {
     /// Runs `numbers` of a low-discrepancy design within a part of the box; the same for any number of threads.
-    pub fn runs(&self, numbers: std::ops::Range<u32>, within: &[[f64; 2]]) -> Vec<Run> {
+    pub(crate) fn runs(&self, numbers: std::ops::Range<u32>, within: &[[f64; 2]]) -> Vec<Run> {
         numbers.into_par_iter().map(|number| self.run(number, within)).collect()
     }
 

@@ -37,7 +37,6 @@ pub struct Row {
     /// SI unit, lower and upper bound of the default box.
     pub(super) bounds: fn(&Scene) -> Result<Bounds, ParameterError>,
     pub(super) widening: Widening,
-    pub(super) get: fn(&Scene) -> Option<f64>,
     pub(super) set: fn(&mut Scene, f64),
     pub(super) vary: fn(&Scene, &mut Variation, f64),
     /// Which further record would determine it.
@@ -63,7 +62,6 @@ pub const PARAMETERS: &[Row] = &[
         scene_key: |_| "alpha",
         bounds: |_| Ok(("1", ALPHA.0, ALPHA.1)),
         widening: Widening::Far,
-        get: |scene| Some(scene.amplitude_scale),
         set: |scene, value| scene.amplitude_scale = value,
         vary: |_, variation, value| variation.amplitude_scale = value,
         remedy: "A record of the horn tip taken at the face that drives the chain tells it apart.",
@@ -79,7 +77,6 @@ pub const PARAMETERS: &[Row] = &[
             _ => Ok(("N", 1e-4, 1.0)),
         },
         widening: Widening::Up,
-        get: |scene| Some(scene.chain.precompression),
         set: |scene, value| scene.chain.precompression = value,
         vary: |_, variation, value| variation.precompression = value,
         remedy: "A record of a weak pulse through the resting chain tells it, whose speed grows as the sixth root of the force; or a load cell.",
@@ -107,7 +104,6 @@ pub const PARAMETERS: &[Row] = &[
             Ok((unit, 0.25 * own, 4.0 * own))
         },
         widening: Widening::BothWays,
-        get: |scene| scene.support.stiffness(),
         set: |scene, value| {
             if let Some(own) = scene.support.stiffness_mut() {
                 *own = value;
@@ -129,7 +125,6 @@ pub const PARAMETERS: &[Row] = &[
             _ => Err(ParameterError::NoFoundation { name: "support_modulus" }),
         },
         widening: Widening::BothWays,
-        get: |scene| scene.support.stiffness().filter(|_| matches!(scene.support, Support::Foundation { .. })),
         set: |scene, value| {
             if let Support::Foundation { youngs_modulus, .. } = &mut scene.support {
                 *youngs_modulus = value;
@@ -152,10 +147,6 @@ pub const PARAMETERS: &[Row] = &[
             _ => Err(ParameterError::NoFoundation { name: "support_loss" }),
         },
         widening: Widening::Not,
-        get: |scene| match scene.support {
-            Support::Foundation { loss_time, .. } => Some(loss_time),
-            _ => None,
-        },
         set: |scene, value| {
             if let Support::Foundation { loss_time, .. } = &mut scene.support {
                 *loss_time = value;
@@ -176,7 +167,6 @@ pub const PARAMETERS: &[Row] = &[
             false => Ok(("m", 3e-10, 3e-7)),
         },
         widening: Widening::Up,
-        get: |scene| scene.chain.gaps.first().copied(),
         set: |scene, value| scene.chain.gaps[0] = value,
         vary: |scene, variation, value| variation.gap_offsets[0] += value - scene.chain.gaps[0],
         remedy: "A record at another drive level, fitted together with this one, tells it, for the same gap counts less under a larger drive; or \
@@ -191,7 +181,6 @@ pub const PARAMETERS: &[Row] = &[
         bounds: |scene| Ok(("Hz", 1.5 * scene.drive.frequency, highest_cutoff(scene.drive.frequency))),
         widening: Widening::Not,
         // It is none of the scene's.
-        get: |_| None,
         set: |_, _| {},
         vary: |_, _, _| {},
         remedy: "The vibrometer's data sheet states it (--read bandwidth=…); or a record of a short pulse by the same vibrometer shows it.",
@@ -207,7 +196,6 @@ pub const PARAMETERS: &[Row] = &[
             Ok(("kg", bead, 3e3 * bead))
         },
         widening: Widening::BothWays,
-        get: |scene| scene.horn.map(|horn| horn.mass),
         set: |scene, value| scene.set_horn_mass(value),
         vary: |_, variation, value| variation.effects.horn_mass = Some(value),
         remedy: "A record of the horn tip with the chain and one without tell it: what the chain's pulses take from the tip's motion.",
@@ -219,7 +207,6 @@ pub const PARAMETERS: &[Row] = &[
         scene_key: |_| "holder.drag",
         bounds: |_| Ok(("N s/m", 1e-3, 1.0)),
         widening: Widening::Up,
-        get: |scene| scene.holder.map(|holder| holder.drag),
         set: |scene, value| scene.holder_mut().drag = value,
         vary: |_, variation, value| variation.effects.drag = Some(value),
         remedy: "A record at a lower drive level, fitted together with this one, tells it: drag stays where the contacts' losses fall.",
@@ -231,7 +218,6 @@ pub const PARAMETERS: &[Row] = &[
         scene_key: |_| "holder.friction_force",
         bounds: |_| Ok(("N", 1e-4, 0.3)),
         widening: Widening::Up,
-        get: |scene| scene.holder.map(|holder| holder.friction_force),
         set: |scene, value| scene.holder_mut().friction_force = value,
         vary: |_, variation, value| variation.effects.friction_force = Some(value),
         remedy: "A record at a lower drive level, fitted together with this one, tells it: friction counts the more the weaker the drive.",
@@ -249,7 +235,6 @@ pub(super) const PLATE: Row = Row {
         _ => Err(ParameterError::NoFoundation { name: "plate_thickness" }),
     },
     widening: Widening::Not,
-    get: |_| None,
     set: |scene, value| {
         if let Support::Foundation { plate: Some(plate), .. } = &mut scene.support {
             plate.thickness = value;
@@ -267,7 +252,6 @@ pub(super) const MODULUS: Row = Row {
     scene_key: |_| "materials.*.youngs_modulus",
     bounds: |_| Ok(("1", 0.2, 5.0)),
     widening: Widening::Not,
-    get: |_| None,
     set: |scene, value| scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= value),
     vary: |_, variation, value| variation.modulus_factor = value,
     remedy: "The time a weak pulse takes through a chain of known static force tells it.",

@@ -22,7 +22,7 @@ impl Bodies {
 
     /// The same with bodies that are already prepared.
     #[must_use]
-    pub fn holding(mut self, prepared: Arc<Prepared>) -> Self {
+    pub(crate) fn holding(mut self, prepared: Arc<Prepared>) -> Self {
         self.held.get_mut().unwrap_or_else(PoisonError::into_inner).push(prepared);
         self
     }

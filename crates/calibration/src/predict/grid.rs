@@ -8,7 +8,7 @@ use thiserror::Error;
 use granchain_signal::{Dimension, Quantity, QuantityError, number::to_12_digits};
 
 /// Most points a grid may have.
-pub const MOST_POINTS: usize = 1_000_000;
+pub(crate) const MOST_POINTS: usize = 1_000_000;
 
 /// One value of a scene key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -102,7 +102,7 @@ impl Observation {
     }
 
     /// The watched numbers of measured features.
-    pub fn of(features: &Features) -> Self {
+    pub(crate) fn of(features: &Features) -> Self {
         let mut values = vec![Some(features.peaks.positive), Some(features.peaks.negative)];
         values.extend(WATCHED_LINES.map(|ratio| features.line(ratio).map(|line| line.amplitude)));
         values.extend(WATCHED_RATIOS.map(|ratio| features.line(ratio).map(|line| line.relative)));

@@ -36,18 +36,18 @@ pub(super) struct Nuisances {
 
 impl Nuisances {
     /// For a record of that sensitivity under that motion of the horn, at the samples of a run.
-    pub fn new(sensitivity: f64, horn: [Vec<f64>; 2], frequency: f64) -> Self {
+    pub(crate) fn new(sensitivity: f64, horn: [Vec<f64>; 2], frequency: f64) -> Self {
         Self { shift: SHIFT, sensitivity, horn, frequency }
     }
 
     /// The column of the shift.
-    pub fn shift_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
+    pub(crate) fn shift_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
         let slope = slope(mean, record.step);
         Mat::from_fn(rows.len(), 1, |i, _| self.shift * slope[rows[i]])
     }
 
     /// The columns of the crosstalk, in phase and in quadrature.
-    pub fn crosstalk(&self, record: &RecordTrace, rows: &[usize]) -> Mat<f64> {
+    pub(crate) fn crosstalk(&self, record: &RecordTrace, rows: &[usize]) -> Mat<f64> {
         let value = |t: usize, j: usize| CROSSTALK * record.peak * self.horn[j].get(t).copied().unwrap_or(0.0);
         Mat::from_fn(rows.len(), 2, |i, j| value(rows[i], j))
     }

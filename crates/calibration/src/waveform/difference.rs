@@ -40,7 +40,7 @@ pub(crate) struct Mesh {
 
 impl Difference {
     /// Of pairs at points (ln) about a centre, some of which may have failed; `None` of too few.
-    pub fn of(
+    pub(crate) fn of(
         (centre, lower): (&[f64], &[Vec<f64>]),
         at: &[Vec<f64>],
         own: Vec<Option<Vec<f64>>>,
@@ -61,7 +61,7 @@ impl Difference {
     }
 
     /// The same with what a finer mesh changes, and columns of what is not known of that.
-    pub fn with(self, mesh: Mesh, unknown: &Mat<f64>) -> Self {
+    pub(crate) fn with(self, mesh: Mesh, unknown: &Mat<f64>) -> Self {
         let rows = mesh.change.len().min(self.columns.nrows());
         let change = |t: usize, j: usize| if j == 0 { mesh.change[t] } else { 0.0 };
         let coefficients =
@@ -71,18 +71,18 @@ impl Difference {
     }
 
     /// What is not known of the change from the chain alone.
-    pub fn of_pairs(&self) -> MatRef<'_, f64> {
+    pub(crate) fn of_pairs(&self) -> MatRef<'_, f64> {
         self.columns.as_ref().subcols(0, self.pairs)
     }
 
     /// The same for a bench that is altered a little: the whole of D₀ is uncertain.
-    pub fn altered(&self) -> Self {
+    pub(crate) fn altered(&self) -> Self {
         let mean = self.coefficients.subcols(0, 1);
         Self { columns: beside(&[self.columns.as_ref(), mean]), ..self.clone() }
     }
 
     /// Turn a run of the chain at a point (ln) into what the model above expects: factor 1. −1 takes it back.
-    pub fn add_times(&self, factor: f64, run: &mut [f64], at: &[f64]) {
+    pub(crate) fn add_times(&self, factor: f64, run: &mut [f64], at: &[f64]) {
         let Some(z) = z(&self.centre, &self.lower, at) else { return };
         let z: Vec<f64> = z.into_iter().map(|z| z.clamp(-REACH, REACH)).collect();
         for (t, value) in run.iter_mut().enumerate().take(self.coefficients.nrows()) {
@@ -92,7 +92,7 @@ impl Difference {
     }
 
     /// Largest distance of a point (ln) from the middle of the pairs, in their spread.
-    pub fn distance(&self, at: &[f64]) -> f64 {
+    pub(crate) fn distance(&self, at: &[f64]) -> f64 {
         z(&self.centre, &self.lower, at)
             .map_or(f64::INFINITY, |z| z.iter().fold(0.0, |most, z| f64::max(most, z.abs())))
     }

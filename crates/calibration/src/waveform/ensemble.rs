@@ -99,17 +99,17 @@ pub(super) struct Solution {
 
 impl Solution {
     /// T/N.
-    pub fn reduced(&self) -> f64 {
+    pub(crate) fn reduced(&self) -> f64 {
         self.squares / self.samples.max(1.0)
     }
 
     /// Sample of every record at the runs' first.
-    pub fn shifts(&self) -> Vec<f64> {
+    pub(crate) fn shifts(&self) -> Vec<f64> {
         self.placed.iter().map(|placed| placed.shift).collect()
     }
 
     /// Distance of a point (ln) in standard deviations, per parameter.
-    pub fn distance(&self, from: &[f64]) -> f64 {
+    pub(crate) fn distance(&self, from: &[f64]) -> f64 {
         let unit = inverse(&self.covariance);
         let apart: Vec<f64> = self.at.iter().zip(from).map(|(a, b)| a - b).collect();
         let image = unit.iter().map(|row| row.iter().zip(&apart).map(|(a, b)| a * b).sum::<f64>());
@@ -157,7 +157,7 @@ impl Ensemble {
     }
 
     /// ln of the parameters at z.
-    pub fn at(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn at(&self, z: &[f64]) -> Vec<f64> {
         let moved = |row: &Vec<f64>| row.iter().zip(z).map(|(l, z)| l * z).sum::<f64>();
         self.lower.iter().zip(&self.centre).map(|(row, centre)| centre + moved(row)).collect()
     }
@@ -205,7 +205,7 @@ impl Ensemble {
     }
 
     /// Parameters inferred from the records; their shifts are roughly known.
-    pub fn solve(&self, known: &Known, shifts: &[f64], shorten: bool) -> Option<Solution> {
+    pub(crate) fn solve(&self, known: &Known, shifts: &[f64], shorten: bool) -> Option<Solution> {
         let regressions = self.regressions(known)?;
         let each = regressions.iter().zip(shifts).enumerate();
         let mut placed: Vec<Placed> =
@@ -307,7 +307,7 @@ impl Ensemble {
 
     /// Cramér–Rao bound at the centre of the runs, (J' Σ⁻¹ J)⁻¹ in ln, for records that lie at `shifts`, as a [`Solution`] without misfit; and the
     /// factor by which the standard deviations of an answer are larger. Values of the records are not used, only which samples are compared.
-    pub fn bound(&self, known: &Known, shifts: &[f64]) -> Option<(Solution, f64)> {
+    pub(crate) fn bound(&self, known: &Known, shifts: &[f64]) -> Option<(Solution, f64)> {
         let dimension = self.dimension();
         let mut information = self.prior(known);
         let (mut placed, mut samples, mut covered) = (Vec::new(), 0.0, 0.0);
@@ -331,7 +331,7 @@ impl Ensemble {
     }
 
     /// Runs by their misfit to the records over the windows, best first: z of each.
-    pub fn ranked(&self, known: &Known, placed: &[Placed]) -> Vec<&Vec<f64>> {
+    pub(crate) fn ranked(&self, known: &Known, placed: &[Placed]) -> Vec<&Vec<f64>> {
         let mut sums = vec![0.0; self.points.len()];
         for ((record, placed), traces) in known.records.iter().zip(placed).zip(&self.traces) {
             let (values, rows) = record.compared(placed);
@@ -345,7 +345,7 @@ impl Ensemble {
     }
 
     /// Samples of every record beyond the given number of standard deviations of noise and runs.
-    pub fn outliers(&self, known: &Known, solution: &Solution) -> Option<Vec<Vec<usize>>> {
+    pub(crate) fn outliers(&self, known: &Known, solution: &Solution) -> Option<Vec<Vec<usize>>> {
         let of = |(number, regression): (usize, &Regression)| {
             let (record, placed) = (known.records[number], solution.placed[number]);
             let (within, rest) = self.remainder(known, number, regression, solution)?;
@@ -381,7 +381,7 @@ impl Ensemble {
     }
 
     /// What a finer mesh changes of the answer, ln: (J' Σ⁻¹ J)⁻¹ J' Σ⁻¹ D, D the change of the trace. `None` where that is not known.
-    pub fn by_mesh(&self, known: &Known, solution: &Solution) -> Option<Vec<f64>> {
+    pub(crate) fn by_mesh(&self, known: &Known, solution: &Solution) -> Option<Vec<f64>> {
         let size = self.dimension();
         let (mut information, mut moved) = (self.prior(known), vec![0.0; size]);
         for (number, regression) in self.regressions(known)?.iter().enumerate() {

@@ -96,7 +96,7 @@ pub(crate) struct Compared<'a> {
 }
 
 /// Fewest predictable cycles after the onset for the waveform to decide.
-pub const FEWEST_CYCLES: f64 = 6.0;
+pub(crate) const FEWEST_CYCLES: f64 = 6.0;
 
 /// Standard deviation in ln above which a normal distribution does not describe the answer.
 const WIDEST: f64 = 0.15;

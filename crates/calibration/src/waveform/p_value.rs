@@ -19,7 +19,7 @@ const TAIL: f64 = 10.0;
 
 impl Ensemble {
     /// p-value: the share of runs that, taken as records, fit the other runs as badly as the records do.
-    pub fn share_beyond(&self, known: &Known, solution: &Solution, random: &mut ChaCha8Rng) -> Option<f64> {
+    pub(crate) fn share_beyond(&self, known: &Known, solution: &Solution, random: &mut ChaCha8Rng) -> Option<f64> {
         let own = solution.squares;
         let mut others: Vec<f64> = Vec::new();
         let count = self.points.len();

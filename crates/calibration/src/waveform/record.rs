@@ -51,7 +51,7 @@ pub(super) struct RecordTrace {
 
 impl RecordTrace {
     /// From a record with an onset; `None` for others.
-    pub fn of(trace: &Series, comparison: &Comparison) -> Option<Self> {
+    pub(crate) fn of(trace: &Series, comparison: &Comparison) -> Option<Self> {
         let Reduction::Fingerprint(fingerprint) = &comparison.reduction else { return None };
         if !fingerprint.by_onset() {
             return None;
@@ -108,7 +108,7 @@ impl RecordTrace {
 
     /// Leaves out samples and their neighbours, if the record has drop-outs and few are left out in all; returns
     /// whether any was.
-    pub fn leave_out(&mut self, outliers: &[usize]) -> bool {
+    pub(crate) fn leave_out(&mut self, outliers: &[usize]) -> bool {
         let mut valid = self.valid.clone();
         for at in outliers {
             let near = at.saturating_sub(SPREAD)..(at + SPREAD + 1).min(valid.len());
@@ -125,28 +125,28 @@ impl RecordTrace {
     }
 
     /// Instant of a place between samples, s.
-    pub fn time(&self, place: f64) -> f64 {
+    pub(crate) fn time(&self, place: f64) -> f64 {
         self.start + self.step * place
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.values.len()
     }
 
     /// The samples around its onset, and whether each is valid.
-    pub fn around_onset(&self, before: usize, after: usize) -> (&[f64], &[bool]) {
+    pub(crate) fn around_onset(&self, before: usize, after: usize) -> (&[f64], &[bool]) {
         let around = self.onset.saturating_sub(before)..(self.onset + after).min(self.len());
         (&self.values[around.clone()], &self.valid[around])
     }
 
     /// The record on the samples of a run, aligned as `placed`, and the compared ones among them.
-    pub fn compared(&self, placed: &Placed) -> (Vec<f64>, Vec<usize>) {
+    pub(crate) fn compared(&self, placed: &Placed) -> (Vec<f64>, Vec<usize>) {
         let (values, valid) = self.shifted(placed.shift, placed.to);
         (values, (placed.from..placed.to).filter(|t| valid[*t]).collect())
     }
 
     /// Whether samples may still be left out.
-    pub fn may_leave_out(&self) -> bool {
+    pub(crate) fn may_leave_out(&self) -> bool {
         self.spare > 0
     }
 

@@ -63,7 +63,7 @@ pub(super) fn slopes(z: &[f64], quadratic: bool) -> Vec<Vec<f64>> {
 
 impl Regression {
     /// Regression of traces (a column per run) at the points z; `None` for too few runs.
-    pub fn of(points: &[Vec<f64>], traces: MatRef<'_, f64>, quadratic: bool) -> Option<Self> {
+    pub(crate) fn of(points: &[Vec<f64>], traces: MatRef<'_, f64>, quadratic: bool) -> Option<Self> {
         let (runs, dimension) = (points.len(), points.first()?.len());
         let count = terms(dimension, quadratic);
         if runs < count + 8 {
@@ -80,7 +80,7 @@ impl Regression {
     }
 
     /// B₀, J z and the rest together: the mean trace at z.
-    pub fn mean(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn mean(&self, z: &[f64]) -> Vec<f64> {
         let row = row(z, self.coefficients.ncols() > 1 + z.len());
         let value = |t: usize| row.iter().enumerate().map(|(j, weight)| weight * self.coefficients[(t, j)]).sum();
         (0..self.coefficients.nrows()).map(value).collect()
@@ -96,7 +96,7 @@ pub(super) struct Covariance {
 
 impl Covariance {
     /// Of a standard deviation of white noise and the columns of U.
-    pub fn of(sigma: f64, columns: Mat<f64>) -> Option<Self> {
+    pub(crate) fn of(sigma: f64, columns: Mat<f64>) -> Option<Self> {
         let variance = sigma * sigma;
         let mut inner = columns.transpose() * &columns;
         for i in 0..inner.nrows() {
@@ -107,7 +107,7 @@ impl Covariance {
     }
 
     /// a' Σ⁻¹ b for all columns of both.
-    pub fn inner(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn inner(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         let (of_a, of_b) = (self.columns.transpose() * a, self.columns.transpose() * b);
         let plain = a.transpose() * b;
         let taken = of_a.transpose() * self.factor.solve(&of_b);
@@ -116,12 +116,12 @@ impl Covariance {
     }
 
     /// Residual of a vector after its most likely amounts of the columns are removed: its noise.
-    pub fn left(&self, vector: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn left(&self, vector: MatRef<'_, f64>) -> Mat<f64> {
         vector - &self.columns * self.factor.solve(self.columns.transpose() * vector)
     }
 
     /// Effective number of directions of the first `count` columns against the noise: tr of U'U (σ² + U'U)⁻¹.
-    pub fn directions(&self, count: usize) -> f64 {
+    pub(crate) fn directions(&self, count: usize) -> f64 {
         let size = self.columns.ncols();
         let unit = Mat::from_fn(size, count, |i, j| f64::from(u8::from(i == j)));
         let inverse = self.factor.solve(&unit);
@@ -138,7 +138,7 @@ pub(super) struct Misfit {
 }
 
 impl Misfit {
-    pub fn phi(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn phi(&self, z: &[f64]) -> Vec<f64> {
         let mut phi = row(z, self.quadratic);
         phi.iter_mut().skip(1).for_each(|value| *value = -*value);
         phi
@@ -150,7 +150,7 @@ impl Misfit {
     }
 
     /// T, twice the cost, at z.
-    pub fn squares(&self, z: &[f64]) -> f64 {
+    pub(crate) fn squares(&self, z: &[f64]) -> f64 {
         let phi = self.phi(z);
         dot(&phi, &self.times(&phi))
     }
@@ -161,20 +161,20 @@ impl Misfit {
         slopes
     }
 
-    pub fn gradient(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn gradient(&self, z: &[f64]) -> Vec<f64> {
         let image = self.times(&self.phi(z));
         self.slopes(z).iter().map(|slope| dot(slope, &image)).collect()
     }
 
     /// J' Σ⁻¹ J at z, prior included.
-    pub fn information(&self, z: &[f64]) -> Vec<Vec<f64>> {
+    pub(crate) fn information(&self, z: &[f64]) -> Vec<Vec<f64>> {
         let slopes = self.slopes(z);
         let images: Vec<Vec<f64>> = slopes.iter().map(|slope| self.times(slope)).collect();
         slopes.iter().map(|slope| images.iter().map(|image| dot(slope, image)).collect()).collect()
     }
 
     /// Adds prior information on z: a' z has mean `mean` and standard deviation 1.
-    pub fn add_prior(&mut self, a: &[f64], mean: f64) {
+    pub(crate) fn add_prior(&mut self, a: &[f64], mean: f64) {
         // (mean − a' z)² = φ-form with first entry `mean` and entries a for −z.
         let mut vector = vec![0.0; self.gram.nrows()];
         vector[0] = mean;

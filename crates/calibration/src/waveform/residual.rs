@@ -24,7 +24,7 @@ pub struct Residual {
 impl Ensemble {
     /// Residual of every record at the answer, without the most likely shift, drift, crosstalk and sensitivity of its instrument.
     /// `alpha` is the number of the parameter that the level multiplies, where records are shots of one experiment.
-    pub fn residuals(&self, known: &Known, solution: &Solution, alpha: Option<usize>) -> Option<Vec<Residual>> {
+    pub(crate) fn residuals(&self, known: &Known, solution: &Solution, alpha: Option<usize>) -> Option<Vec<Residual>> {
         let of = |(number, regression): (usize, &Regression)| {
             let (record, placed) = (known.records[number], solution.placed[number]);
             let (within, rest) = self.remainder(known, number, regression, solution)?;

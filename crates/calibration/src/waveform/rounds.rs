@@ -100,7 +100,7 @@ pub(super) struct Answer {
 
 impl Rounds {
     /// Starts at a point with a box around it.
-    pub fn about(sources: Sources, Start { centre, half, shifts }: Start, seed: u64) -> Self {
+    pub(crate) fn about(sources: Sources, Start { centre, half, shifts }: Start, seed: u64) -> Self {
         let widest: Vec<f64> = half.iter().map(|half| 0.5 * half).collect();
         let lower = diagonal(&widest);
         Self {
@@ -123,12 +123,12 @@ impl Rounds {
         }
     }
 
-    pub fn scouting(self) -> Self {
+    pub(crate) fn scouting(self) -> Self {
         Self { scouting: true, ..self }
     }
 
     /// Goes on about the same answer with sources whose difference from the chain is another; its runs are kept.
-    pub fn on(mut self, sources: Sources) -> Self {
+    pub(crate) fn on(mut self, sources: Sources) -> Self {
         for round in &mut self.made {
             for ((traces, before), after) in round.traces.iter_mut().zip(&self.sources.records).zip(&sources.records) {
                 let each = traces.col_iter().zip(&round.points).map(|(column, at)| {
@@ -277,7 +277,7 @@ impl Rounds {
     }
 
     /// The bound of [`Ensemble::bound`] about the point where the rounds begin, with its factor: the spread of the runs follows it.
-    pub fn bound(mut self) -> Option<(Self, Solution, f64)> {
+    pub(crate) fn bound(mut self) -> Option<(Self, Solution, f64)> {
         let (mut bound, _) = self.make()?.bound(&self.known(), &self.shifts)?;
         while self.rounds < FEWEST {
             self.rounds += 1;
@@ -337,7 +337,7 @@ impl Rounds {
     }
 
     /// What the last round found; `None` where one failed.
-    pub fn latest(&self) -> Option<&Solution> {
+    pub(crate) fn latest(&self) -> Option<&Solution> {
         self.latest.as_ref().filter(|_| !self.failed)
     }
 
@@ -353,7 +353,7 @@ impl Rounds {
     }
 
     /// What the last rounds say together, by runs corrected for their step.
-    pub fn answer(&self) -> Option<Answer> {
+    pub(crate) fn answer(&self) -> Option<Answer> {
         let latest = self.latest()?;
         let (ensemble, known) = self.corrected(latest)?;
         let mut solution = ensemble.solve(&known, &self.shifts, false)?;

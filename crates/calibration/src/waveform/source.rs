@@ -76,7 +76,7 @@ type Traces = Vec<Option<Vec<f64>>>;
 type WithFeatures = (Traces, Vec<Run>);
 
 impl Source {
-    pub fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace) -> Self {
+    pub(crate) fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace) -> Self {
         let scene = forward.scene();
         let motion = scene.drive.motion(1.0);
         let count = (scene.duration / trace.step) as usize + 1;
@@ -94,18 +94,18 @@ impl Source {
 }
 
 impl Sources {
-    pub fn new(records: Vec<Source>) -> Self {
+    pub(crate) fn new(records: Vec<Source>) -> Self {
         let forward = &records[0].forward;
         let spans = forward.parameters.iter().map(Parameter::span).collect();
         let modulus = forward.draws_modulus().then(|| forward.uncertainty().modulus);
         Self { records, spans, modulus }
     }
 
-    pub fn records(&self) -> usize {
+    pub(crate) fn records(&self) -> usize {
         self.records.len()
     }
 
-    pub fn known(&self) -> Known<'_> {
+    pub(crate) fn known(&self) -> Known<'_> {
         Known {
             records: self.records.iter().map(|source| &source.trace).collect(),
             nuisances: self.records.iter().map(|source| source.nuisances.clone()).collect(),
@@ -121,7 +121,7 @@ impl Sources {
     }
 
     /// What is known but for the mesh of a model above the chain.
-    pub fn without_mesh(&self) -> Known<'_> {
+    pub(crate) fn without_mesh(&self) -> Known<'_> {
         Known { correction: self.differing(Difference::of_pairs), ..self.known() }
     }
 
@@ -136,7 +136,7 @@ impl Sources {
 
     /// The same with what the model above the chain changes, by pairs numbered from `first` where rounds would begin, and these pairs; `None` where too
     /// few finish.
-    pub fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<(Self, Vec<Pair>)> {
+    pub(crate) fn paired(&self, first: u64, start: &Start, seed: u64) -> Option<(Self, Vec<Pair>)> {
         let lower = diagonal(&start.half.iter().map(|half| 0.5 * half).collect::<Vec<f64>>());
         let mut at = start.drawn(self, PAIRS_ABOVE, (seed as u32).wrapping_add(first as u32));
         self.in_levels(start, &mut at);
@@ -176,18 +176,18 @@ impl Sources {
     }
 
     /// Largest distance of a point from the middle of the pairs, in their spread.
-    pub fn distance(&self, at: &[f64]) -> f64 {
+    pub(crate) fn distance(&self, at: &[f64]) -> f64 {
         let each = self.records.iter().filter_map(|source| Some(source.difference.as_ref()?.distance(at)));
         each.fold(0.0, f64::max)
     }
 
     /// Number of the parameter that the drive's level multiplies, where that is fitted.
-    pub fn alpha(&self) -> Option<usize> {
+    pub(crate) fn alpha(&self) -> Option<usize> {
         self.records[0].forward.parameters.iter().position(|parameter| parameter.target == Target::Alpha)
     }
 
     /// Whether there is one record, or several shots of one experiment.
-    pub fn shares_level(&self) -> bool {
+    pub(crate) fn shares_level(&self) -> bool {
         self.records.len() == self.records[0].forward.uncertainty().repeats
     }
 
@@ -199,7 +199,7 @@ impl Sources {
     }
 
     /// A point in ln, reflected into the box.
-    pub fn inside(&self, mut at: Vec<f64>) -> Vec<f64> {
+    pub(crate) fn inside(&self, mut at: Vec<f64>) -> Vec<f64> {
         for (x, span) in at.iter_mut().zip(&self.spans) {
             *x = span * reflect(*x / span);
         }
@@ -214,24 +214,24 @@ impl Sources {
     }
 
     /// ln of a point in unit coordinates, at the scene's own stiffness.
-    pub fn of_unit(&self, at: &[f64]) -> Vec<f64> {
+    pub(crate) fn of_unit(&self, at: &[f64]) -> Vec<f64> {
         let fitted = at.iter().zip(&self.spans).map(|(u, span)| u * span);
         fitted.chain(self.modulus.map(|_| 0.0)).collect()
     }
 
     /// Unit coordinates of a point in ln.
-    pub fn unit(&self, at: &[f64]) -> Vec<f64> {
+    pub(crate) fn unit(&self, at: &[f64]) -> Vec<f64> {
         self.point(at).0
     }
 
     /// Spans of the fitted parameters.
-    pub fn spans(&self) -> &[f64] {
+    pub(crate) fn spans(&self) -> &[f64] {
         &self.spans
     }
 
     /// Traces of every record, one run per point, numbered from `first`; each lasts `cycles`, or as long as is
     /// compared.
-    pub fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Traces>> {
+    pub(crate) fn traces(&self, first: u64, at: &[Vec<f64>], cycles: Option<f64>) -> Option<Vec<Traces>> {
         let points: Vec<Point> = at.iter().map(|at| self.point(at)).collect();
         let of = |source: &Source| {
             let mut runs = source.runs(NUMBERED + first, &points, cycles)?;
@@ -243,17 +243,17 @@ impl Sources {
     }
 
     /// Whether any record may still leave samples out.
-    pub fn may_leave_out(&self) -> bool {
+    pub(crate) fn may_leave_out(&self) -> bool {
         self.records.iter().any(|source| source.trace.may_leave_out())
     }
 
     /// Whether the fit may go on.
-    pub fn goes_on(&self) -> bool {
+    pub(crate) fn goes_on(&self) -> bool {
         self.records[0].forward.report(0)
     }
 
     /// Leaves out outliers of records that have drop-outs, if few are left out; returns whether any was.
-    pub fn leave_out(&mut self, outliers: &[Vec<usize>]) -> bool {
+    pub(crate) fn leave_out(&mut self, outliers: &[Vec<usize>]) -> bool {
         let mut any = false;
         for (source, outliers) in self.records.iter_mut().zip(outliers) {
             any |= source.trace.leave_out(outliers);
@@ -263,7 +263,7 @@ impl Sources {
 
     /// What a finer step changes at a point, by runs numbered from `first`, with what is not known of a model above the chain, whose difference holds that
     /// of a finer mesh. Empty where nothing is known of it.
-    pub fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
+    pub(crate) fn finer(&self, first: u64, at: &[f64]) -> Vec<Correction> {
         let differing = self.differing(|difference| difference.columns.as_ref());
         if self.records.iter().any(|source| source.above.is_some()) {
             return differing;

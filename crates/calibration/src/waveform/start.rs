@@ -57,13 +57,13 @@ pub(super) struct Start {
 }
 
 impl Start {
-    pub fn behind(answer: &Solution) -> Self {
+    pub(crate) fn behind(answer: &Solution) -> Self {
         let half = (0..answer.at.len()).map(|d| BEHIND.0 * answer.covariance[d][d].sqrt() + BEHIND.1);
         Self { centre: answer.at.clone(), half: half.collect(), shifts: answer.shifts() }
     }
 
     /// Points about its centre, half its half-width a standard deviation.
-    pub fn drawn(&self, sources: &Sources, count: usize, seed: u32) -> Vec<Vec<f64>> {
+    pub(crate) fn drawn(&self, sources: &Sources, count: usize, seed: u32) -> Vec<Vec<f64>> {
         let moved = |z: Vec<f64>| {
             let each = z.iter().zip(&self.half).zip(&self.centre);
             sources.inside(each.map(|((z, half), x)| x + 0.5 * half * z).collect())
@@ -72,7 +72,7 @@ impl Start {
     }
 
     /// The same with the records placed on the run that resembles them most, of several about its centre; `None` where none can be made.
-    pub fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
+    pub(crate) fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
         let at = self.drawn(sources, PLACED, (seed ^ SEED) as u32);
         let runs = sources.traces(0, &at, None)?;
         let of = |number: usize| {

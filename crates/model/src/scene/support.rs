@@ -130,7 +130,7 @@ impl Support {
     }
 
     /// Stiffness of the one-sided linear spring that it is, N/m.
-    pub const fn spring(&self) -> Option<f64> {
+    pub(crate) const fn spring(&self) -> Option<f64> {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 

@@ -28,19 +28,19 @@ use crate::scene::{Absorption, FieldPoint};
 const REFERENCE: f64 = 1e6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerLaw {
+pub(crate) struct PowerLaw {
     /// α₁ and y.
     law: Absorption,
 }
 
 impl PowerLaw {
     /// Of losses as a scene has them, with 0 < y ≤ 2.
-    pub fn new(law: Absorption) -> Self {
+    pub(crate) fn new(law: Absorption) -> Self {
         Self { law }
     }
 
     /// α at the frequency f (Hz), Np/m.
-    pub fn attenuation(&self, frequency: f64) -> f64 {
+    pub(crate) fn attenuation(&self, frequency: f64) -> f64 {
         self.law.at_1_mhz * (frequency / REFERENCE).powf(self.law.exponent)
     }
 

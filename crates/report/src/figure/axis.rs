@@ -42,13 +42,13 @@ impl Axis {
 
     /// Time in s, shown in µs.
     #[must_use]
-    pub fn time() -> Self {
+    pub(crate) fn time() -> Self {
         Self::new("Time", "µs").times(1e6)
     }
 
     /// Frequency from 0 to `highest` in Hz, shown in kHz or MHz.
     #[must_use]
-    pub fn frequency(highest: f64) -> Self {
+    pub(crate) fn frequency(highest: f64) -> Self {
         let (factor, unit) = if highest >= 3e6 { (1e-6, "MHz") } else { (1e-3, "kHz") };
         Self::new("Frequency", unit).times(factor).range(0.0, highest)
     }
@@ -76,7 +76,7 @@ impl Axis {
         Self { named_ticks: Some(ticks), ..self }
     }
 
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         title(&self.label, &self.unit, 0)
     }
 
@@ -108,7 +108,7 @@ pub(super) struct Resolved {
 
 impl Resolved {
     /// Fix the ends of `axis` (given values, low < high) for a frame of `length` pt with about one tick each `spacing` pt.
-    pub fn new(axis: &Axis, (low, high): (f64, f64), length: f64, spacing: f64) -> Self {
+    pub(crate) fn new(axis: &Axis, (low, high): (f64, f64), length: f64, spacing: f64) -> Self {
         let scaled = |value: f64| match axis.scale {
             Scale::Linear => value * axis.factor,
             Scale::Logarithmic => (value * axis.factor).log10(),
@@ -141,7 +141,7 @@ impl Resolved {
     }
 
     /// Where a given value lies: 0 at the low end, 1 at the high end, beyond them outside.
-    pub fn place(&self, value: f64) -> f64 {
+    pub(crate) fn place(&self, value: f64) -> f64 {
         let shown = value * self.factor;
         let scaled = if self.scale == Scale::Logarithmic { shown.log10() } else { shown };
         (scaled - self.low) / (self.high - self.low)

@@ -48,7 +48,7 @@ pub(super) fn letters((red, green, blue): Ink) -> TextStyle<'static> {
 
 impl Canvas<'_> {
     /// A curve, broken up by `dashes` (lengths of strokes and gaps in turn, pt; empty: unbroken).
-    pub fn curve(&self, points: &[(f64, f64)], ink: Ink, width: f64, dashes: &[f64]) -> Drawn {
+    pub(crate) fn curve(&self, points: &[(f64, f64)], ink: Ink, width: f64, dashes: &[f64]) -> Drawn {
         let pieces = if dashes.is_empty() { vec![points.to_vec()] } else { dashed(points, dashes) };
         for piece in pieces {
             let mut path: Vec<_> = piece.into_iter().map(at).collect();
@@ -60,26 +60,26 @@ impl Canvas<'_> {
         Ok(())
     }
 
-    pub fn polygon(&self, corners: &[(f64, f64)], ink: Ink) -> Drawn {
+    pub(crate) fn polygon(&self, corners: &[(f64, f64)], ink: Ink) -> Drawn {
         self.0.draw(&Polygon::new(corners.iter().copied().map(at).collect::<Vec<_>>(), filled(ink)))
     }
 
     /// A filled rectangle between two opposite corners.
-    pub fn rectangle(&self, from: (f64, f64), to: (f64, f64), ink: Ink) -> Drawn {
+    pub(crate) fn rectangle(&self, from: (f64, f64), to: (f64, f64), ink: Ink) -> Drawn {
         self.0.draw(&Rectangle::new([at(from), at(to)], filled(ink)))
     }
 
-    pub fn disc(&self, centre: (f64, f64), radius: f64, ink: Ink) -> Drawn {
+    pub(crate) fn disc(&self, centre: (f64, f64), radius: f64, ink: Ink) -> Drawn {
         self.0.draw(&Circle::new(at(centre), units(radius).max(1), filled(ink)))
     }
 
     /// A text whose capitals are centred on the height of `position`.
-    pub fn text(&self, text: &str, position: (f64, f64), side: HPos, ink: Ink) -> Drawn {
+    pub(crate) fn text(&self, text: &str, position: (f64, f64), side: HPos, ink: Ink) -> Drawn {
         self.0.draw(&Text::new(text, at(position), letters(ink).pos(Pos::new(side, VPos::Center))))
     }
 
     /// A text running upwards, centred on `position`.
-    pub fn text_upwards(&self, text: &str, position: (f64, f64), ink: Ink) -> Drawn {
+    pub(crate) fn text_upwards(&self, text: &str, position: (f64, f64), ink: Ink) -> Drawn {
         let style = letters(ink).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
         self.0.draw(&Text::new(text, at(position), style))
     }

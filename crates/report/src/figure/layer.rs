@@ -79,7 +79,7 @@ pub struct ErrorPoint {
 
 impl ErrorPoint {
     #[must_use]
-    pub const fn exact(x: f64, y: f64) -> Self {
+    pub(crate) const fn exact(x: f64, y: f64) -> Self {
         Self { x, y, y_interval: None, x_interval: None }
     }
 

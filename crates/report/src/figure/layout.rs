@@ -61,7 +61,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// The point at fractions (0…1 rightwards, 0…1 upwards) of the frame.
-    pub fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    pub(crate) fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.left + x * self.width, self.top + (1.0 - y) * self.height)
     }
 }

@@ -175,7 +175,7 @@ impl Panel {
 
     /// Add shapes, each by its corners (x, y), in one tint: a colour, and the share of it on white, 0 to 1.
     #[must_use]
-    pub fn shapes(
+    pub(crate) fn shapes(
         self,
         label: impl Into<String>,
         shapes: impl IntoIterator<Item = Vec<(f64, f64)>>,

@@ -81,7 +81,7 @@ impl Plate {
 
     /// The same plate, its traces of a drive of this frequency (Hz) to be played, slowed down.
     #[must_use]
-    pub fn playable(self, drive_frequency: f64) -> Self {
+    pub(crate) fn playable(self, drive_frequency: f64) -> Self {
         Self { sound: Some(drive_frequency), ..self }
     }
 }
@@ -114,19 +114,19 @@ pub enum Block {
 impl Block {
     /// A block under its heading.
     #[must_use]
-    pub fn under(self, heading: &str) -> [Self; 2] {
+    pub(crate) fn under(self, heading: &str) -> [Self; 2] {
         [Self::Heading(heading.to_owned()), self]
     }
 
     /// A list under its heading; nothing where it has no item.
     #[must_use]
-    pub fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
+    pub(crate) fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
         if items.is_empty() { Vec::new() } else { Self::List(items).under(heading).into() }
     }
 
     /// What must not be overlooked, where there is any.
     #[must_use]
-    pub fn noticed(statements: &[String]) -> Option<Self> {
+    pub(crate) fn noticed(statements: &[String]) -> Option<Self> {
         (!statements.is_empty()).then(|| Self::Notice(statements.to_vec()))
     }
 }
@@ -158,7 +158,7 @@ impl Page {
     }
 
     /// `report.html`, and every figure as `NAME.svg` and `NAME.png` beside it.
-    pub fn files_beside(&self) -> Result<Files, ReportError> {
+    pub(crate) fn files_beside(&self) -> Result<Files, ReportError> {
         let drawn = self.drawn()?;
         let mut files: Files = vec![(PathBuf::from("report.html"), html::render(self, &drawn).into_bytes())];
         files.extend(pictures(drawn, "")?);
