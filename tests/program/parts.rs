@@ -288,6 +288,7 @@ fn coverage_is_the_same_in_parts() {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 fn coverage_of_ones_own_bench_is_the_same_in_parts_and_its_intervals_are_as_wide_as_expected() {
     let place = tempfile::tempdir().unwrap();
     let twin = Path::new(env!("CARGO_MANIFEST_DIR")).join("measurements/twin-annulus/vib.csv");
@@ -344,6 +345,7 @@ fn peak_kb(folder: &Path, arguments: &[&str]) -> u64 {
 }
 
 #[test]
+#[ignore = "slow, run by .ci/full"]
 #[cfg(target_os = "linux")]
 fn ten_times_the_points_take_hardly_more_memory() {
     let place = tempfile::tempdir().unwrap();
