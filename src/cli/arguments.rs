@@ -142,8 +142,8 @@ impl Session {
             let short = usual.iter().filter_map(|text| USUAL.iter().find(|(full, _)| text.starts_with(full)));
             let mut short: Vec<&str> = short.map(|(_, short)| *short).collect();
             // Both channels of one file assume the same.
-            let mut said = BTreeSet::new();
-            short.retain(|text| said.insert(*text));
+            let mut seen = BTreeSet::new();
+            short.retain(|text| seen.insert(*text));
             if !short.is_empty() {
                 self.note(format_args!("  as nothing else is stated: {}", short.join(", ")));
             }

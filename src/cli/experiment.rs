@@ -182,8 +182,8 @@ pub fn refuse_wrong_units(bench: &Bench, grid: &Grid) -> anyhow::Result<()> {
 
 /// An error with the keys of a grid as they were typed.
 pub fn as_varied(error: &impl ToString, grid: &Grid) -> String {
-    grid.axes.iter().fold(error.to_string(), |said, axis| {
-        said.replace(&format!("--set {}=", axis.key), &format!("--vary {}=", axis.key))
+    grid.axes.iter().fold(error.to_string(), |message, axis| {
+        message.replace(&format!("--set {}=", axis.key), &format!("--vary {}=", axis.key))
     })
 }
 

@@ -27,7 +27,7 @@ use super::{
 use crate::{
     calibration::{
         parameter::Parameter,
-        plan::{Asked, Plan, ReadAs, RecordPlan},
+        plan::{Plan, ReadAs, ReadRequest, RecordPlan},
     },
     measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record, shell_word},
     scene::{self, DampingKind, ModelKind, Scene},
@@ -151,12 +151,12 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
 fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     let (measured, horn, why) = roles(arguments)?;
     let record = RecordPlan { measured, ..RecordPlan::default() };
-    let asked = Asked {
+    let request = ReadRequest {
         measured: arguments.reading.options(None),
         drive: arguments.drive_reading.options(None),
         drive_file: horn,
     };
-    let ReadAs { measured: options, drive } = Plan::default().read_as(&record, asked)?;
+    let ReadAs { measured: options, drive } = Plan::default().read_as(&record, request)?;
     let own_file = drive.as_ref().is_none_or(|(file, ..)| *file == record.measured);
     let (mut unread_bead, mut unread_horn) = (None, None);
     let open = options.clone();

@@ -134,7 +134,7 @@ fn modes_of_a_clamped_body_are_those_of_dense_algebra() {
 #[test]
 fn more_modes_than_a_mesh_can_carry_are_refused() {
     let body = sphere(2, Elements::Quadrilaterals, ContactMass::Massless);
-    assert!(matches!(modes(&body, 0), Err(ModesError::Count { asked: 0, .. })));
+    assert!(matches!(modes(&body, 0), Err(ModesError::Count { requested: 0, .. })));
     let Err(ModesError::Count { available, .. }) = modes(&body, 1_000_000) else { panic!("accepted") };
     assert!((10..body.dofs().free().len()).contains(&available));
 }

@@ -79,9 +79,9 @@ fn mounts(
     scene: &Scene,
     assumptions: &mut Vec<String>,
 ) -> Result<Vec<Option<Rim>>, Contradiction> {
-    let asked = plan.mount.as_deref().unwrap_or_default();
+    let requested = plan.mount.as_deref().unwrap_or_default();
     let Support::Disc { shape, .. } = &scene.support else {
-        return if asked.is_empty() {
+        return if requested.is_empty() {
             Ok(vec![None])
         } else {
             Err(Contradiction::NoDisc { scene: scene.name.clone() })
@@ -89,7 +89,7 @@ fn mounts(
     };
     let pressed = scene.chain.precompression > 0.0 || plan.fitted().iter().any(|name| name == "precompression");
     let mut mounts = Vec::new();
-    for name in asked {
+    for name in requested {
         let Some(mount) = MOUNTS.into_iter().find(|mount| mount.name() == name) else {
             return Err(Contradiction::Mount { name: name.clone() });
         };

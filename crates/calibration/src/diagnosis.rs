@@ -8,6 +8,7 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -256,13 +257,21 @@ impl Case<'_> {
 
     /// Causes that need their own runs.
     fn searched(&self) -> Vec<Finding> {
+        let suspects = self.suspects();
+        // Two at a time: a search alone leaves the second thread idle between its runs, and many at a time would take memory.
+        let half = suspects.len().div_ceil(2).max(1);
+        let searched: Vec<_> = suspects
+            .into_par_iter()
+            .with_min_len(half)
+            .map(|(cause, scene, parameter, describe)| {
+                (cause, describe, self.search(&scene, parameter, self.comparison, 1.0).filter(|(p, _)| self.worth(*p)))
+            })
+            .collect();
         let mut found: Vec<Finding> = Vec::new();
-        for (cause, scene, parameter, said) in self.suspects() {
-            let Some((p, values)) = self.search(&scene, parameter, self.comparison, 1.0) else { continue };
-            if !self.worth(p) {
-                continue;
-            }
-            let text = format!("{}: with it p is {}, without {}", said(&values), shown(p), shown(self.fit.agreement.p));
+        for (cause, describe, result) in searched {
+            let Some((p, values)) = result else { continue };
+            let text =
+                format!("{}: with it p is {}, without {}", describe(&values), shown(p), shown(self.fit.agreement.p));
             let finding = Finding::new(cause, Some(p), text);
             match found.iter_mut().find(|known| known.cause == cause) {
                 Some(known) if known.p_value < finding.p_value => *known = finding,
@@ -319,7 +328,7 @@ impl Case<'_> {
             );
             suspects.push((Cause::Material, scene, None, Box::new(move |_| text.clone())));
         }
-        let said = move |values: &[f64]| {
+        let describe = move |values: &[f64]| {
             let factor = values.last().copied().unwrap_or(f64::NAN);
             format!(
                 "beads of E = {:.3} GPa instead of {:.3} GPa (materials.{2}.youngs_modulus), or of a density of {3:.0} kg/m^3 \
@@ -330,7 +339,7 @@ impl Case<'_> {
                 first.density / factor
             )
         };
-        suspects.push((Cause::Modulus, own.clone(), Parameter::modulus(own), Box::new(said)));
+        suspects.push((Cause::Modulus, own.clone(), Parameter::modulus(own), Box::new(describe)));
         suspects
     }
 
@@ -404,7 +413,7 @@ impl Case<'_> {
                 continue;
             };
             let unit = if parameter.unit == "1" { "times the stiffness".to_owned() } else { parameter.unit.clone() };
-            let said = move |values: &[f64]| {
+            let describe = move |values: &[f64]| {
                 let value = values.last().copied().unwrap_or(f64::NAN);
                 match cause {
                     Cause::Gap => {
@@ -415,7 +424,7 @@ impl Case<'_> {
                     ),
                 }
             };
-            suspects.push((cause, own.clone(), Some(parameter), Box::new(said)));
+            suspects.push((cause, own.clone(), Some(parameter), Box::new(describe)));
         }
         let other = match own.damping.kind {
             DampingKind::Linear => Some(DampingKind::KuwabaraKono),
@@ -527,7 +536,7 @@ impl Case<'_> {
 }
 
 /// Cause, scene, further parameter and text of the finding.
-type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&[f64]) -> String>);
+type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&[f64]) -> String + Send>);
 
 /// Result under an assumed cause.
 struct Judgement {

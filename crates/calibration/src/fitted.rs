@@ -131,10 +131,10 @@ impl Problem {
                 watched(before.max(done + work))
             });
             let levels = fit_levels(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
-            let FittedLevels { made: runs, fit, searching: took, correcting: fidelities, warnings: said } = levels;
+            let FittedLevels { made: runs, fit, searching: took, correcting: fidelities, warnings: further } = levels;
             searching += took;
             correcting.iter_mut().zip(fidelities).for_each(|(all, took)| *all += took);
-            warnings.extend(said);
+            warnings.extend(further);
             match fit {
                 Ok(fit) => {
                     let fit = fit.with_wider_intervals(self.widen);

@@ -244,7 +244,7 @@ pub enum NamedBy {
 
 /// Reading options of the caller, before plan and bench file fill the gaps.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Asked {
+pub struct ReadRequest {
     pub measured: ReadOptions,
     pub drive: ReadOptions,
     pub drive_file: Option<PathBuf>,
@@ -255,7 +255,7 @@ impl Plan {
     /// The drive file is the requested or named one, else the record itself if a channel is named, else [`BESIDE`]
     /// beside the record, else the record itself if the bench file or a column name identifies the horn. For one file,
     /// format options hold for both.
-    pub fn read_as(&self, record: &RecordPlan, asked: Asked) -> Result<ReadAs, ReadingError> {
+    pub fn read_as(&self, record: &RecordPlan, request: ReadRequest) -> Result<ReadAs, ReadingError> {
         let kind =
             if self.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
         let stated = |kind| self.readings.as_ref().map(|bench| bench.of(kind));
@@ -265,15 +265,15 @@ impl Plan {
         let own = record.reading.as_ref();
         let published = is_published(&record.measured);
         let measured = match published {
-            true => asked.measured,
-            false => filled(asked.measured, &[own, self.reading.as_ref(), stated(kind)])?,
+            true => request.measured,
+            false => filled(request.measured, &[own, self.reading.as_ref(), stated(kind)])?,
         };
         let drives = [&record.drive, &self.drive].map(|drive| drive.as_ref().map(|drive| &drive.reading));
-        let mut drive = filled(asked.drive, &drives)?;
+        let mut drive = filled(request.drive, &drives)?;
         let horn = stated(RecordKind::HornTip);
         let planned = record.drive.as_ref().or(self.drive.as_ref()).and_then(|drive| drive.file.clone());
         let own_file = || Some((record.measured.clone(), NamedBy::Channel)).filter(|_| !published);
-        let mut named = asked.drive_file.map(|file| (file, NamedBy::Flag));
+        let mut named = request.drive_file.map(|file| (file, NamedBy::Flag));
         named = named.or_else(|| planned.map(|file| (file, NamedBy::Plan)));
         // A channel that is named without a file is one of the record's own.
         named = named.or_else(|| own_file().filter(|_| drive.column.is_some()));

@@ -209,7 +209,7 @@ impl PublishedComparison {
 
     /// Description of how each statement is compared.
     pub(crate) fn assumptions(&self) -> Vec<String> {
-        let mut said: Vec<String> = self
+        let mut sentences: Vec<String> = self
             .statements
             .iter()
             .filter_map(|feature| match feature.statement {
@@ -236,7 +236,7 @@ impl PublishedComparison {
             (named(|it| matches!(it, Statement::Line { present: false, .. })), "absent: counts as fulfilled up to"),
         ] {
             if !names.is_empty() {
-                said.push(format!(
+                sentences.push(format!(
                     "{names} {what} {PRESENT_FROM} of the line at the drive ({decibel:.0} dB; a normalised spectrum on a linear \
                      scale shows no less), to one side only and no sharper than 3 dB"
                 ));
@@ -244,16 +244,17 @@ impl PublishedComparison {
         }
         let ordered = named(|it| matches!(it, Statement::Ordering { .. }));
         if !ordered.is_empty() {
-            said.push(format!("{ordered}: amplitudes of lines compared, to one side only and no sharper than 3 dB"));
+            sentences
+                .push(format!("{ordered}: amplitudes of lines compared, to one side only and no sharper than 3 dB"));
         }
-        said.push(format!(
+        sentences.push(format!(
             "no waveform: runs are measured from {:.0} to {:.0} µs, where the drive's envelope exceeds half its peak, \
              low-passed at {:.2} MHz",
             self.window.from * 1e6,
             self.window.to * 1e6,
             self.cutoff * 1e-6
         ));
-        said
+        sentences
     }
 }
 

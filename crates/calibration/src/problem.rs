@@ -24,7 +24,7 @@ use super::{
     measured::{Measured, is_published},
     multi_record::{TESTED_TOGETHER, at_one_frequency},
     parameter::{Parameter, ParameterError},
-    plan::{Asked, Likelihood, Plan, ReadAs, RecordPlan},
+    plan::{Likelihood, Plan, ReadAs, ReadRequest, RecordPlan},
     recorded_run::{RecordedRun, RecordedRunPlan, Source, labels, refuse_twice},
     refusal::{Contradiction, Refusal},
     run_store::RunFile,
@@ -107,16 +107,16 @@ impl Plan {
     }
 
     /// Checks that need no record.
-    fn check(&self, asked: &[RecordedRunPlan]) -> Result<(), Refusal> {
-        let Some(lead) = asked.first() else { return Err(Contradiction::NoRecord.into()) };
+    fn check(&self, planned: &[RecordedRunPlan]) -> Result<(), Refusal> {
+        let Some(lead) = planned.first() else { return Err(Contradiction::NoRecord.into()) };
         let pressure = self.quantity == Some(Measurand::Pressure);
-        let published = asked.iter().map(|recorded_run| recorded_run.source.path()).find(|path| is_published(path));
+        let published = planned.iter().map(|recorded_run| recorded_run.source.path()).find(|path| is_published(path));
         let fitted = self.fitted();
         let unknown = |name: &&String| !Parameter::names().contains(&name.as_str());
         let fits = |name: &str| fitted.iter().any(|fitted| fitted == name);
-        let wrong = if asked.len() > 1 && pressure {
+        let wrong = if planned.len() > 1 && pressure {
             Some(Contradiction::SeveralPressures)
-        } else if let (Some(path), true) = (published, asked.len() > 1) {
+        } else if let (Some(path), true) = (published, planned.len() > 1) {
             Some(Contradiction::SeveralPublished { path: path.into() })
         } else if published.is_some() && pressure {
             Some(Contradiction::PublishedPressure)
@@ -156,7 +156,7 @@ impl Problem {
         let recorded_run = |record: RecordPlan| {
             let scene = record.scene.as_deref().or(plan.scene.as_deref()).unwrap_or(plan.usual_scene());
             let set = plan.set.iter().chain(&record.set).cloned().collect();
-            let ReadAs { measured, drive } = plan.read_as(&record, Asked::default())?;
+            let ReadAs { measured, drive } = plan.read_as(&record, ReadRequest::default())?;
             let (drive, options) = drive.map_or_else(Default::default, |(file, options, _)| (Some(file), options));
             let how = (RecordedDrive::read_at_plateau as _, &options);
             let bench = Bench::read(scene, set, preferred, drive.as_deref(), how)?;
@@ -166,9 +166,9 @@ impl Problem {
     }
 
     /// A problem from a plan and prepared records and benches; files and scenes named by the plan are ignored.
-    pub fn of(plan: &Plan, asked: Vec<RecordedRunPlan>) -> Result<Self, Refusal> {
-        plan.check(&asked)?;
-        let benches: Vec<&Bench> = asked.iter().map(|recorded_run| &recorded_run.bench).collect();
+    pub fn of(plan: &Plan, planned: Vec<RecordedRunPlan>) -> Result<Self, Refusal> {
+        plan.check(&planned)?;
+        let benches: Vec<&Bench> = planned.iter().map(|recorded_run| &recorded_run.bench).collect();
         let scenes: Vec<Scene> = benches.iter().map(|bench| bench.scene_with(&[])).collect::<Result<_, _>>()?;
         scenes.iter().try_for_each(|scene| Estimate::of(scene).check(&scene.model.limits))?;
         let (scene, quantity) = (&scenes[0], plan.quantity.unwrap_or_default());
@@ -183,7 +183,7 @@ impl Problem {
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
         let drawn = |(bench, scene): (&&Bench, &Scene)| stated.of(scene, bench.drive.as_ref());
         let mut uncertainties = benches.iter().zip(&scenes).map(drawn).collect::<Result<Vec<_>, _>>()?;
-        refuse_frequencies(&asked, &scenes)?;
+        refuse_frequencies(&planned, &scenes)?;
         let mut assumptions: Vec<String> = Vec::new();
         // One bench under one record of the horn.
         if scenes.len() > 1 && scenes.iter().all(|scene| *scene == scenes[0]) {
@@ -200,13 +200,13 @@ impl Problem {
             }
         }
         let mut further = Vec::new();
-        for (recorded_run, scene) in asked.iter().zip(&scenes).skip(1) {
+        for (recorded_run, scene) in planned.iter().zip(&scenes).skip(1) {
             further.push(recorded_run.measured(plan, scene, &mut assumptions)?);
         }
         let candidates = candidates(plan, &benches, &mut assumptions)?;
         assumptions.push(in_words(&uncertainties[0], &candidates[0].parameters));
         assumptions.extend(hydrophone(quantity, scene));
-        let lead = asked[0].measured(plan, scene, &mut assumptions)?;
+        let lead = planned[0].measured(plan, scene, &mut assumptions)?;
         let read: Vec<(Measured, Comparison)> = std::iter::once(lead).chain(further).collect();
         if let (Some(model), Some(averages)) =
             (above.last(), read.iter().map(|(_, comparison)| comparison.averages).find(|averages| *averages > 1))
@@ -214,11 +214,11 @@ impl Problem {
             return Err(Contradiction::AveragesAbove { averages, model: model.name() }.into());
         }
         refuse_twice(&read.iter().map(|(measured, _)| measured).collect::<Vec<_>>())?;
-        let recorded_runs = asked.into_iter().zip(read).zip(uncertainties);
+        let recorded_runs = planned.into_iter().zip(read).zip(uncertainties);
         let recorded_runs: Vec<RecordedRun> = recorded_runs
-            .map(|((asked, (measured, comparison)), uncertainty)| RecordedRun {
-                options: asked.source.options().clone(),
-                bench: asked.bench,
+            .map(|((planned, (measured, comparison)), uncertainty)| RecordedRun {
+                options: planned.source.options().clone(),
+                bench: planned.bench,
                 measured,
                 comparison,
                 uncertainty,
@@ -356,10 +356,10 @@ fn refuse_silence(quantity: Measurand, scene: &Scene) -> Result<(), Contradictio
 }
 
 /// Refuses drives and records of different frequencies, for a single record too.
-fn refuse_frequencies(asked: &[RecordedRunPlan], scenes: &[Scene]) -> Result<(), Refusal> {
-    let every = !asked[0].bench.frequency_stated;
+fn refuse_frequencies(planned: &[RecordedRunPlan], scenes: &[Scene]) -> Result<(), Refusal> {
+    let every = !planned[0].bench.frequency_stated;
     let mut stated = Vec::new();
-    for (number, (recorded_run, scene)) in asked.iter().zip(scenes).enumerate() {
+    for (number, (recorded_run, scene)) in planned.iter().zip(scenes).enumerate() {
         let (of_drive, of_record) = (recorded_run.drive_stated(scene), recorded_run.stated().filter(|_| every));
         // Of the first the drive says what holds, of the others the record is asked first.
         let (first, second) = if number == 0 { (Some(of_drive), of_record) } else { (of_record, Some(of_drive)) };

@@ -101,7 +101,7 @@ pub enum Contradiction {
 #[non_exhaustive]
 pub enum Refusal {
     #[error(transparent)]
-    Asked(#[from] Contradiction),
+    Contradiction(#[from] Contradiction),
     #[error(transparent)]
     Reading(#[from] granchain_record::ReadingError),
     #[error("[parameters.{name}]: `{name}` is not a parameter; choose from: {}", Parameter::names().join(", "))]
@@ -184,7 +184,7 @@ impl Refusal {
             Self::NotSi { name, .. }
             | Self::Uncertainty { name, .. }
             | Self::ImplausibleUncertainty { name, .. }
-            | Self::Asked(Contradiction::Uncertainty { name }) => Some(("uncertainty", name)),
+            | Self::Contradiction(Contradiction::Uncertainty { name }) => Some(("uncertainty", name)),
             _ => None,
         }
     }

@@ -25,26 +25,26 @@ const DECISIVE: f64 = 3.0;
 
 /// Statements that a reader needs before using the values.
 pub(crate) fn statements(fit: &Fit) -> Vec<String> {
-    let mut said: Vec<String> = fit.waveform.iter().map(waveform).collect();
+    let mut sentences: Vec<String> = fit.waveform.iter().map(waveform).collect();
     match fit.verdict {
-        Verdict::OutsideScatter => said.push(format!(
+        Verdict::OutsideScatter => sentences.push(format!(
             "The model does not explain the data: {} The values are those of the most similar response, no interval is quoted.",
             standing(fit)
         )),
         Verdict::NotConverged if fit.waveform.as_ref().is_some_and(WaveformFit::decides) => {
-            said.push("The values fitted to the waveform were still changing after the last round of runs: another --seed may settle it.".into());
+            sentences.push("The values fitted to the waveform were still changing after the last round of runs: another --seed may settle it.".into());
         }
-        Verdict::NotConverged => said.push(format!(
+        Verdict::NotConverged => sentences.push(format!(
             "The estimates were still changing: the last batch of runs shifted a median by {:.1} half-widths of its interval. Raise \
              --evaluations.",
             fit.drift
         )),
         Verdict::Doubtful => {
             if fit.agreement.p < agreement::DOUBTFUL {
-                said.push(format!("The result is doubtful: {}", standing(fit)));
+                sentences.push(format!("The result is doubtful: {}", standing(fit)));
             }
             let unusual = fit.estimates.iter().zip(&fit.parameters).filter(|(it, parameter)| parameter.is_unusual(it.value));
-            said.extend(unusual.map(|(estimate, _)| {
+            sentences.extend(unusual.map(|(estimate, _)| {
                 format!(
                     "{} = {} lies far outside what such benches have: check unit and sensitivity of both records (α of a recorded horn is 1 where both \
                      are right).",
@@ -56,12 +56,12 @@ pub(crate) fn statements(fit: &Fit) -> Vec<String> {
         Verdict::WithinScatter => {}
     }
     if fit.verdict == Verdict::OutsideScatter {
-        return said;
+        return sentences;
     }
     let names: Vec<&str> = fit.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
     if fit.lobes.len() > 1 {
         let shares: Vec<String> = fit.lobes.iter().map(|lobe| format!("{:.0} %", 100.0 * lobe.mass)).collect();
-        said.push(format!(
+        sentences.push(format!(
             "{} separate regions explain the data (with {} of the probability): the most probable one need not contain the true values. A \
              record at another drive level decides between them.",
             fit.lobes.len(),
@@ -71,7 +71,7 @@ pub(crate) fn statements(fit: &Fit) -> Vec<String> {
     let on_ridge = names.len() > 1 && fit.correlation.abs() >= RIDGE;
     if on_ridge {
         let widths: Vec<String> = fit.estimates.iter().map(|e| percent(e.low, e.high)).collect();
-        said.push(format!(
+        sentences.push(format!(
             "{} and {} trade off along a ridge (correlation {:+.2}): these data hold their combination better than either of \
              them ({} and {} wide). {}, or a second chain length, would separate them.",
             names[0],
@@ -82,17 +82,17 @@ pub(crate) fn statements(fit: &Fit) -> Vec<String> {
             if fit.shares.is_empty() { "Several drive levels fitted together" } else { "A further, lower drive level" }
         ));
     }
-    said.extend(further_ridges(fit));
+    sentences.extend(further_ridges(fit));
     let unidentified: Vec<(&Estimate, &Parameter)> =
         fit.estimates.iter().zip(&fit.parameters).filter(|(estimate, _)| estimate.unidentified).collect();
     if unidentified.len() > 1 && unidentified.len() == fit.parameters.len() {
-        said.push(
+        sentences.push(
             "These data hold none of the parameters that were to be fitted: fewer of them, or more records together."
                 .into(),
         );
     }
     for (estimate, parameter) in &unidentified {
-        said.push(format!(
+        sentences.push(format!(
             "{} is unidentified: its interval ({} to {}{}) is hardly narrower than the range that was searched. {}",
             estimate.name,
             short(estimate.low),
@@ -103,12 +103,12 @@ pub(crate) fn statements(fit: &Fit) -> Vec<String> {
     }
     for estimate in fit.estimates.iter().filter(|estimate| !estimate.unidentified) {
         if estimate.at_bound {
-            said.push(format!(
+            sentences.push(format!(
                 "{} touches a bound of its search: its interval is cut off there. Widen it with --bounds {}=LOW:HIGH.",
                 estimate.name, estimate.name
             ));
         } else if !on_ridge && (estimate.high / estimate.low).ln() > WIDE {
-            said.push(format!(
+            sentences.push(format!(
                 "{} is poorly determined ({} wide): in a chaotic regime a single record says little. A record at a lower drive \
                  level, where the response is regular, would narrow it.",
                 estimate.name,
@@ -116,13 +116,13 @@ pub(crate) fn statements(fit: &Fit) -> Vec<String> {
             ));
         }
     }
-    if said.len() == usize::from(fit.waveform.is_some()) && names.len() > 1 {
-        said.push(format!(
+    if sentences.len() == usize::from(fit.waveform.is_some()) && names.len() > 1 {
+        sentences.push(format!(
             "{} and {} are separated by these data (correlation {:+.2}).",
             names[0], names[1], fit.correlation
         ));
     }
-    said
+    sentences
 }
 
 /// Statements on what leaks of the drive into the records (`labels`).
@@ -268,7 +268,7 @@ pub(crate) fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
             percent_of_width(*best)
         ))
     };
-    let mut said: Vec<String> =
+    let mut sentences: Vec<String> =
         if fit.shares.is_empty() { vec![] } else { fit.estimates.iter().enumerate().filter_map(narrowed).collect() };
     let ridges: Vec<String> = shares()
         .filter(|(_, share)| share.correlation.abs() >= RIDGE)
@@ -278,7 +278,7 @@ pub(crate) fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
         && !ridges.is_empty()
         && fit.correlation.abs() < RIDGE
     {
-        said.push(format!(
+        sentences.push(format!(
             "By itself {} leaves {} and {} on a ridge; together the records break it (correlation {:+.2}).",
             ridges.join(", "),
             first.name,
@@ -286,7 +286,7 @@ pub(crate) fn together(fit: &Fit, labels: &[String]) -> Vec<String> {
             fit.correlation
         ));
     }
-    said
+    sentences
 }
 
 /// Standard deviations from which a drift over shots, or a single shot, is named.
@@ -346,12 +346,12 @@ const MISSED: f64 = 1.0;
 
 /// Further statements on published features: whether they test the model, and which one-sided ones hold.
 pub(crate) fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
-    let mut said = Vec::new();
+    let mut sentences = Vec::new();
     let (one_sided, values): (Vec<_>, Vec<_>) =
         printed.statements.iter().enumerate().partition(|(_, it)| !matches!(it.statement, Statement::Value { .. }));
     let (numbers, free) = (values.len(), fit.parameters.len());
     if numbers <= free {
-        said.push(format!(
+        sentences.push(format!(
             "{numbers} printed number{} for {free} fitted parameter{}: meeting them is no test of the model. A waveform would be.",
             if numbers == 1 { "" } else { "s" },
             if free == 1 { "" } else { "s" },
@@ -366,13 +366,13 @@ pub(crate) fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
                 format!("{} (by {:.1} standard deviations of a run)", statement.name, deviation(*index))
             })
             .collect();
-        said.push(format!("The fitted response does not show what is printed of {}.", each.join(", ")));
+        sentences.push(format!("The fitted response does not show what is printed of {}.", each.join(", ")));
     }
     if !held.is_empty() {
         let names: Vec<&str> = held.iter().map(|(_, statement)| statement.name.as_str()).collect();
-        said.push(format!("The fitted response agrees with what is printed of {}.", names.join(", ")));
+        sentences.push(format!("The fitted response agrees with what is printed of {}.", names.join(", ")));
     }
-    said
+    sentences
 }
 
 fn percent(low: f64, high: f64) -> String {

@@ -207,15 +207,15 @@ impl Notes {
         };
         let share = raw.peak() / full;
         let shown = Quantity::new(full, motion);
-        let said = format!("the record's peak is {:.0} % of the instrument's range ({shown})", 100.0 * share);
+        let text = format!("the record's peak is {:.0} % of the instrument's range ({shown})", 100.0 * share);
         if share >= NEAR_FULL_SCALE {
             self.warn(format!(
-                "{said}: it was overloaded or nearly so, and peaks may be too small; record with a larger range"
+                "{text}: it was overloaded or nearly so, and peaks may be too small; record with a larger range"
             ));
         } else if share < NEAR_NOTHING {
-            self.warn(format!("{said}: the resolution of the instrument may show; record with a smaller range"));
+            self.warn(format!("{text}: the resolution of the instrument may show; record with a smaller range"));
         } else {
-            self.assume(format!("{said} (range)"));
+            self.assume(format!("{text} (range)"));
         }
         Ok(())
     }

@@ -135,10 +135,10 @@ pub fn read_record_bytes(
     refuse_polytec_binary(path)?;
     let (mut table, kind) = table::read(path, bytes, kind, options)?;
     let sampled = sampling::even_series(path, &mut table, options.resample)?;
-    let said = header::stated(&table.comments);
+    let stated = header::stated(&table.comments);
     let mut notes = Notes::default();
     let instrument = table.form.preamble().is_some();
-    for comment in said.puzzling.iter().filter(|_| !instrument) {
+    for comment in stated.puzzling.iter().filter(|_| !instrument) {
         notes.warn(format!(
             "the comment `{comment}` was not understood and is ignored; write it as `# bandwidth: 1.5 MHz`"
         ));
@@ -158,7 +158,7 @@ pub fn read_record_bytes(
     };
 
     // The trigger.
-    let trigger = match (options.trigger, said.trigger, said.pretrigger) {
+    let trigger = match (options.trigger, stated.trigger, stated.pretrigger) {
         (Some(flag), ..) => notes.take("t = 0 is the trigger at", flag, "trigger"),
         (None, Some(header), _) => notes.take("t = 0 is the trigger at", header, "the header"),
         // An axis that has negative times already counts from the trigger.
@@ -170,7 +170,7 @@ pub fn read_record_bytes(
             0.0
         }
     };
-    let delay = match (options.delay, said.delay) {
+    let delay = match (options.delay, stated.delay) {
         (Some(flag), _) => notes.take("instrument delay removed:", flag, "delay"),
         (None, Some(header)) => notes.take("instrument delay removed:", header, "the header"),
         (None, None) => {
@@ -178,9 +178,9 @@ pub fn read_record_bytes(
             0.0
         }
     };
-    let bandwidth = options.bandwidth.or(said.bandwidth);
+    let bandwidth = options.bandwidth.or(stated.bandwidth);
     let of_instrument = table.form.preamble().and_then(|preamble| header::averaged(&preamble.statements));
-    let averages = options.averages.or(said.averages).or(of_instrument.flatten()).unwrap_or(1).max(1);
+    let averages = options.averages.or(stated.averages).or(of_instrument.flatten()).unwrap_or(1).max(1);
     if of_instrument == Some(None) && averages == 1 && options.averages.is_none() {
         notes.warn(
             "the instrument says that the record is an average, not of how many shots: state it with --read averages=N"
@@ -191,7 +191,7 @@ pub fn read_record_bytes(
         let from = if options.averages.is_some() { "averages" } else { "the header" };
         notes.assume(format!("the mean of {averages} shots ({from}): compared with means of as many runs"));
     }
-    match (options.bandwidth, said.bandwidth) {
+    match (options.bandwidth, stated.bandwidth) {
         (Some(flag), _) => notes.assume(format!("instrument bandwidth {} (--read bandwidth=…)", hertz(flag))),
         (None, Some(header)) => notes.assume(format!("instrument bandwidth {} (the header)", hertz(header))),
         (None, None) => {
@@ -216,7 +216,7 @@ pub fn read_record_bytes(
 
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
-    let stated_drive_frequency = options.drive_frequency.or(said.drive_frequency);
+    let stated_drive_frequency = options.drive_frequency.or(stated.drive_frequency);
     let line_of_raw = || stated_drive_frequency.or_else(|| line::strongest_line(&raw));
     let found = match (&options.mask, line_of_raw()) {
         (Masking::Auto, Some(frequency)) if kind != RecordKind::Hydrophone => {

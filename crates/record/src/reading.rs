@@ -308,8 +308,8 @@ mod tests {
             invert: Some(true),
             ..Reading::default()
         };
-        let asked = ReadOptions { column: Some("CH3".into()), ..ReadOptions::default() };
-        let both = stated.below(asked).unwrap();
+        let requested = ReadOptions { column: Some("CH3".into()), ..ReadOptions::default() };
+        let both = stated.below(requested).unwrap();
         assert_eq!(both.column.as_deref(), Some("CH3"));
         assert_eq!((both.delay, both.invert), (Some(4e-6), true));
         assert_eq!(both.baseline, super::super::Baseline::Mean);

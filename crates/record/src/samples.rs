@@ -48,11 +48,11 @@ pub(super) struct Taking<'a> {
 }
 
 /// Warning if a stated sample rate replaces another step of the file, s.
-pub(super) fn replaced(name: &str, said: f64, step: f64) -> Option<String> {
-    let differs = !((said - step).abs() <= 1e-3 * step);
+pub(super) fn replaced(name: &str, stated: f64, step: f64) -> Option<String> {
+    let differs = !((stated - step).abs() <= 1e-3 * step);
     differs.then(|| {
         format!(
-            "`{name}` has one sample every {said:.4e} s, --sample-rate one every {step:.4e} s, which is taken; leave it out if the file is right"
+            "`{name}` has one sample every {stated:.4e} s, --sample-rate one every {step:.4e} s, which is taken; leave it out if the file is right"
         )
     })
 }
@@ -196,8 +196,8 @@ impl Table {
                 time(step)
             );
             self.assumptions.push(text);
-            let said = (self.times[self.times.len() - 1] - start) / (self.times.len() - 1).max(1) as f64;
-            self.warnings.extend(replaced(&name, said, step));
+            let stated = (self.times[self.times.len() - 1] - start) / (self.times.len() - 1).max(1) as f64;
+            self.warnings.extend(replaced(&name, stated, step));
             (self.grid, self.times) = (Some((start, step)), Vec::new());
             return Ok(());
         }

@@ -244,8 +244,8 @@ pub(super) fn read(
     let counted =
         columns.len() == 1 || columns.first().is_some_and(|it| is_counter(&it.name)) && counts(&rows, dialect);
     let lines = comments.iter().chain(preamble.iter().flat_map(|it| &it.statements));
-    let said = if grid.is_none() && counted { header::sample_interval(lines) } else { None };
-    let grid = grid.or(said.map(|step| (0.0, step)));
+    let header_step = if grid.is_none() && counted { header::sample_interval(lines) } else { None };
+    let grid = grid.or(header_step.map(|step| (0.0, step)));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
     let timed = grid.is_some() || clocks.iter().any(Option::is_some);
     let chosen = choose(&Place::line(path, header_at), &mut columns, kind, options, timed, stated);
@@ -359,7 +359,7 @@ pub(super) fn read(
         );
         table.warnings.push(text);
     }
-    if let (Some(step), None) = (said, table.chosen.time) {
+    if let (Some(step), None) = (header_step, table.chosen.time) {
         table
             .assumptions
             .push(format!("one sample every {}, as the lines above the rows state; the first at 0", time(step)));

@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn messages_name_key_and_likely_word() {
-        for (said, plain) in [
+        for (original, plain) in [
             (
                 "unknown field `evaluation`, expected one of `fit`, `evaluations`",
                 "unknown key `evaluation`; did you mean `evaluations`?",
@@ -54,7 +54,7 @@ mod tests {
             ("invalid type: string \"yes\", expected a boolean", "`k`: expected a boolean, found string \"yes\""),
             ("missing field `low`", "missing key `low`"),
         ] {
-            assert_eq!(plain_message(said, Some("k")), plain);
+            assert_eq!(plain_message(original, Some("k")), plain);
         }
         assert_eq!(key_at("a = 1\nb = [\n", Some(8..9)), Some("b"));
     }

@@ -47,17 +47,17 @@ fn main() -> ExitCode {
         println!("| case | model | check | measured | limit |\n|---|---|---|---:|---:|");
     }
     for check in &outcome.checks {
-        let (found, asked, model) = (measured(check), limit(check), check.fidelity.name());
+        let (found, bound, model) = (measured(check), limit(check), check.fidelity.name());
         let verdict = if check.holds { "pass" } else { "FAIL" };
         if markdown {
-            println!("| {} {} | {model} | {} | {found} | {asked} |", check.case, check.name, check.criterion);
+            println!("| {} {} | {model} | {} | {found} | {bound} |", check.case, check.name, check.criterion);
             continue;
         }
         if check.case != case {
             case = check.case;
             println!("{case} {}", check.name);
         }
-        println!("  {verdict}  {model:<19} {}: {found} ({asked})", check.criterion);
+        println!("  {verdict}  {model:<19} {}: {found} ({bound})", check.criterion);
         if let Some(note) = &check.note {
             println!("        {note}");
         }

@@ -7,7 +7,7 @@ use crate::{
     calibration::{
         bench::Bench,
         drive::{BESIDE, Input, RecordedDrive},
-        plan::{Asked, Bounds, NamedBy, Number, Plan, ReadAs, RecordPlan},
+        plan::{Bounds, NamedBy, Number, Plan, ReadAs, ReadRequest, RecordPlan},
         problem::Problem,
         recorded_run::{RecordedRunPlan, Source},
         refusal::Refusal,
@@ -66,11 +66,11 @@ fn placed(error: Refusal, arguments: &Arguments) -> anyhow::Error {
         "parameters" => ("--bounds", &arguments.bounds),
         _ => ("--uncertainty", &arguments.uncertainty),
     };
-    let said = error.to_string();
+    let message = error.to_string();
     if let Some(typed) = given.iter().rev().find(|typed| typed.split('=').next().map(str::trim) == Some(name)) {
         // The table is none of what was typed.
-        let said = said.split_once(": ").map_or(said.as_str(), |(_, said)| said);
-        return usage(format!("{flag} {typed}: {said}"));
+        let message = message.split_once(": ").map_or(message.as_str(), |(_, message)| message);
+        return usage(format!("{flag} {typed}: {message}"));
     }
     let Some(path) = &arguments.plan else { return refused(error) };
     let text = std::fs::read_to_string(path).unwrap_or_default();
@@ -80,13 +80,13 @@ fn placed(error: Refusal, arguments: &Arguments) -> anyhow::Error {
         inside = if line.starts_with('[') { line == whole } else { inside };
         line == own || line.starts_with(&dotted) || inside && line.starts_with(name)
     });
-    anyhow::anyhow!("{}:{}: {said}", path.display(), line.map_or(1, |line| line + 1))
+    anyhow::anyhow!("{}:{}: {message}", path.display(), line.map_or(1, |line| line + 1))
 }
 
 /// What contradicts itself is the command line's fault.
 pub fn refused(error: Refusal) -> anyhow::Error {
     match error {
-        Refusal::Asked(contradiction) => usage(contradiction.to_string()),
+        Refusal::Contradiction(contradiction) => usage(contradiction.to_string()),
         Refusal::Measurement(error) => error.into(),
         error => error.into(),
     }
@@ -151,7 +151,7 @@ fn records(
         let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
         scene.planned = plan.set.iter().chain(&record.set).cloned().collect();
-        let asked = Asked {
+        let request = ReadRequest {
             measured: arguments.reading.options(None),
             drive: ReadOptions {
                 force_frequency: arguments.forces_frequency(),
@@ -159,7 +159,7 @@ fn records(
             },
             drive_file: drives.get(number).or(drives.first()).filter(|_| !own_drive).cloned(),
         };
-        let ReadAs { measured, drive } = plan.read_as(&record, asked)?;
+        let ReadAs { measured, drive } = plan.read_as(&record, request)?;
         let drive = drive.filter(|_| !own_drive);
         let beside = if several { format!("beside {}", record.measured.display()) } else { "beside the record".into() };
         match &drive {

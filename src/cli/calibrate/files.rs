@@ -96,8 +96,8 @@ fn coverage(
     timing.stage("coverage");
     let count = OwnCount::of(&own, &records);
     outcome.coverage = count.0.first().map(serde_json::to_value).transpose()?;
-    let said = Block::List(own_bench::sentences(&count));
-    Ok([vec![Block::Heading(own_bench::COVERAGE.into()), said], own_bench::section(&own, &count, problem.model())]
+    let block = Block::List(own_bench::sentences(&count));
+    Ok([vec![Block::Heading(own_bench::COVERAGE.into()), block], own_bench::section(&own, &count, problem.model())]
         .concat())
 }
 
@@ -106,8 +106,8 @@ impl Files {
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         stop.check()?;
         let problem = &job.problem;
-        let asked = stop.clone();
-        let watch = Arc::new(move |_| !asked.stop());
+        let stopping = stop.clone();
+        let watch = Arc::new(move |_| !stopping.stop());
         // The accurate run has one thread alone: the sweep takes what that leaves.
         let (predicted, alpha_sweep) = rayon::join(
             || Predictions::of(problem, fitted, session.cache(), watch),

@@ -18,7 +18,7 @@ use crate::{
             EVALUATIONS, Experiment, Hit, ImpactError, ImpactFit, ImpactOutcome, likelihood::SET_UP, run::Unknown,
         },
         outcome::InputDigest,
-        plan::{Asked, Plan},
+        plan::{Plan, ReadRequest},
         problem::DEFAULT_SEED,
         uncertainty::striker,
     },
@@ -73,8 +73,8 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
     assumptions.extend(bench.assumptions.iter().cloned());
     let mut hits = Vec::new();
     for (number, record) in named(arguments, &plan)?.into_iter().enumerate() {
-        let asked = Asked { measured: arguments.reading.options(None), ..Asked::default() };
-        let options = plan.read_as(&record, asked)?.measured;
+        let request = ReadRequest { measured: arguments.reading.options(None), ..ReadRequest::default() };
+        let options = plan.read_as(&record, request)?.measured;
         let read = match in_memory.measured.get(number).and_then(Option::as_deref) {
             Some(bytes) => read_sensor_bytes(&record.measured, bytes, &options)?,
             None => read_sensor(&record.measured, &options)?,
@@ -135,7 +135,7 @@ fn refuse_idle(arguments: &Arguments, plan: &Plan) -> anyhow::Result<()> {
         ("--dry-run", arguments.dry_run, "nothing is read that `inspect` does not show"),
         ("--resume", arguments.resume, "the fit takes seconds"),
     ];
-    match idle.into_iter().find(|(_, asked, _)| *asked) {
+    match idle.into_iter().find(|(_, given, _)| *given) {
         Some((what, _, why)) => Err(usage(format!("{what} would do nothing with a striker: {why}; leave it out"))),
         None => Ok(()),
     }

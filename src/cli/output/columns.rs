@@ -32,9 +32,9 @@ pub fn broken(text: &str, columns: usize, program: &str) -> String {
     let mut shown = String::with_capacity(text.len() + text.len() / 40);
     for line in text.split_inclusive('\n') {
         let (line, end) = line.strip_suffix('\n').map_or((line, ""), |line| (line, "\n"));
-        let said = line.trim_start();
-        let to_type = said.starts_with("then type ")
-            || [program, "granchain"].iter().any(|name| said.starts_with(&format!("{name} ")));
+        let text = line.trim_start();
+        let to_type = text.starts_with("then type ")
+            || [program, "granchain"].iter().any(|name| text.starts_with(&format!("{name} ")));
         let indent = indent_of(line);
         // A digest or a path that fits nowhere is no better on a line of its own.
         let unbreakable = || line.split_whitespace().skip(1).any(|word| display_width(word) > columns - indent);

@@ -95,12 +95,12 @@ fn all(scene: &Scene) -> Vec<Effect> {
     for (offset, (name, on)) in own.into_iter().enumerate() {
         effects.insert(after + offset, Effect { name, on, why: why.clone() });
     }
-    let asked = |name, flag: &str| Effect { name, on: false, why: format!("asked for by replay {flag}") };
+    let on_request = |name, flag: &str| Effect { name, on: false, why: format!("asked for by replay {flag}") };
     effects.extend([
-        asked("fields", "--fields"),
-        asked("field of the water", "--pressure-map"),
-        asked("checkpoint", "--checkpoint"),
-        asked("ensemble of perturbed runs", "--ensemble"),
+        on_request("fields", "--fields"),
+        on_request("field of the water", "--pressure-map"),
+        on_request("checkpoint", "--checkpoint"),
+        on_request("ensemble of perturbed runs", "--ensemble"),
     ]);
     effects
 }

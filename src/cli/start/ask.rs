@@ -29,13 +29,13 @@ pub fn terminal() -> Option<Terminal> {
 
 impl Ask for Terminal {
     fn text(&mut self, question: &str, proposed: &str) -> anyhow::Result<String> {
-        let asked = Input::<String>::new().with_prompt(question).with_initial_text(proposed).allow_empty(true);
-        asked.interact_text().context("the terminal gave no answer")
+        let prompt = Input::<String>::new().with_prompt(question).with_initial_text(proposed).allow_empty(true);
+        prompt.interact_text().context("the terminal gave no answer")
     }
 
     fn choice(&mut self, question: &str, among: &[String], usual: usize) -> anyhow::Result<usize> {
-        let asked = Select::new().with_prompt(question).items(among).default(usual);
-        asked.interact().context("the terminal gave no answer")
+        let prompt = Select::new().with_prompt(question).items(among).default(usual);
+        prompt.interact().context("the terminal gave no answer")
     }
 
     fn tell(&mut self, what: &str) {
@@ -115,12 +115,12 @@ mod tests {
         std::fs::write(&path, "").unwrap();
         let path: &'static str = Box::leak(path.display().to_string().into_boxed_str());
         let answers = vec!["nowhere.csv", path, "", "rigid", "chain.bead=8", "chain.beads=8", ""];
-        let mut asked = Prepared(answers, Vec::new());
-        assert_eq!(words(&mut asked).unwrap(), [path, "--scene", "rigid", "--set", "chain.beads=8"]);
+        let mut prompt = Prepared(answers, Vec::new());
+        assert_eq!(words(&mut prompt).unwrap(), [path, "--scene", "rigid", "--set", "chain.beads=8"]);
         assert!(
-            asked.1[0].contains("`nowhere.csv`") && asked.1[1].contains("did you mean `chain.beads`"),
+            prompt.1[0].contains("`nowhere.csv`") && prompt.1[1].contains("did you mean `chain.beads`"),
             "{:?}",
-            asked.1
+            prompt.1
         );
     }
 }

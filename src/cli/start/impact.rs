@@ -67,7 +67,7 @@ pub fn begin(arguments: &Arguments, session: &Session) -> anyhow::Result<Option<
             significant(hit.impulses.returned.ratio, 2)
         )
     });
-    let said = format!(
+    let text = format!(
         "{}scene    {name}: {}\nwritten  {out}; state your bench there, then run: granchain calibrate --plan {plan}\n",
         found.collect::<String>(),
         loaded.scene.description
@@ -75,6 +75,6 @@ pub fn begin(arguments: &Arguments, session: &Session) -> anyhow::Result<Option<
     let measured: Vec<_> = hits.iter().map(|hit| &hit.record.path).collect();
     let times: Vec<f64> = hits.iter().map(|hit| hit.impulses.returned.delay).collect();
     let value = json!({ "plan": arguments.out, "measured": measured, "scene": name, "return_time_s": times });
-    session.result(said, &value)?;
+    session.result(text, &value)?;
     Ok(Some(Outcome::Done))
 }

@@ -17,7 +17,7 @@ mod cause;
 pub mod hit;
 pub mod likelihood;
 mod outcome;
-pub mod regression;
+mod regression;
 pub mod run;
 
 use granchain_model::{ModelError, scene::Scene};

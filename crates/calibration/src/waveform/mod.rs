@@ -188,7 +188,7 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, scoutin
     let [found, own] = start::search(&sources, known, seed)?;
     let about = |start| {
         let rounds = Rounds::about(sources.clone(), start, seed);
-        said(&run(if scouting { rounds.scouting() } else { rounds })?)
+        result_of(&run(if scouting { rounds.scouting() } else { rounds })?)
     };
     let first = about(found);
     if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
@@ -239,7 +239,7 @@ fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> 
         let rounds = run(rounds)?;
         let latest = rounds.latest()?;
         if turn + 1 == TURNS || turn > 0 && rounds.sources.distance(&latest.at) < NEAR {
-            return said(&rounds).map(|fit| WaveformFit { pairs, ..fit });
+            return result_of(&rounds).map(|fit| WaveformFit { pairs, ..fit });
         }
         start = Start::behind(latest);
         before = Some(rounds);
@@ -301,7 +301,7 @@ fn run(rounds: Rounds) -> Option<Rounds> {
 }
 
 /// What rounds that have ended say.
-fn said(rounds: &Rounds) -> Option<WaveformFit> {
+fn result_of(rounds: &Rounds) -> Option<WaveformFit> {
     Some(fit_of(rounds, rounds.answer()?))
 }
 

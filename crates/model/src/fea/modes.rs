@@ -30,11 +30,11 @@ use crate::tally;
 #[non_exhaustive]
 pub enum ModesError {
     #[error(
-        "{asked} modes: expected 1 to {available}, about half of the body's unknowns with mass; ask for fewer or refine the mesh"
+        "{requested} modes: expected 1 to {available}, about half of the body's unknowns with mass; ask for fewer or refine the mesh"
     )]
-    Count { asked: usize, available: usize },
-    #[error("{converged} of {asked} modes within {tolerance:e} after {steps} Lanczos steps; ask for fewer modes")]
-    NotConverged { asked: usize, converged: usize, steps: usize, tolerance: f64 },
+    Count { requested: usize, available: usize },
+    #[error("{converged} of {requested} modes within {tolerance:e} after {steps} Lanczos steps; ask for fewer modes")]
+    NotConverged { requested: usize, converged: usize, steps: usize, tolerance: f64 },
     #[error(
         "below {frequency:.6e} Hz there are {counted} modes by inertia, but {found} were found; ask for more modes"
     )]
@@ -73,7 +73,7 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
     let moving = body.dofs().free().iter().filter(|&&dof| body.node_mass()[(dof / 2) as usize] != 0.0).count();
     let available = (moving / 2).saturating_sub(BEYOND);
     if count == 0 || count > available {
-        return Err(ModesError::Count { asked: count, available });
+        return Err(ModesError::Count { requested: count, available });
     }
     tally::add(|made| made.modes += count as u64);
     let shift = shift(body);
@@ -91,8 +91,8 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
             break pairs;
         }
         if is_spent || steps == most {
-            let asked = count;
-            return Err(ModesError::NotConverged { asked, converged, steps, tolerance: TOLERANCE });
+            let requested = count;
+            return Err(ModesError::NotConverged { requested, converged, steps, tolerance: TOLERANCE });
         }
     };
 

@@ -428,7 +428,7 @@ mod tests {
         let file = place.path().join("file");
         fs::write(&file, "").unwrap();
         let (_, origin) = Cache::new(file.join("below")).reduction(&scene(&[])).unwrap();
-        assert!(matches!(origin, Origin::Made { not_kept: Some(said) } if said.contains("below")));
+        assert!(matches!(origin, Origin::Made { not_kept: Some(reason) } if reason.contains("below")));
     }
 
     #[test]

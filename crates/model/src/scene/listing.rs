@@ -91,10 +91,12 @@ impl Key {
     /// The values of `model.kind` that do in place of its other conditions: those whose models have none of the keys that these name.
     pub fn alternative(&self) -> Option<(&'static str, Vec<&'static str>)> {
         let (kind, others) = GOVERNORS.split_first()?;
-        let asked = |governor: &Governor| self.under(governor.name).and(Self::find(governor.name)?.under(kind.name));
-        let asked: Vec<_> = others.iter().filter_map(asked).collect();
-        let free = self.holding(kind)?.into_iter().filter(|word| !asked.iter().any(|when| when.holds(word))).collect();
-        Some((kind.name, free)).filter(|(_, free): &(_, Vec<_>)| !asked.is_empty() && !free.is_empty())
+        let condition =
+            |governor: &Governor| self.under(governor.name).and(Self::find(governor.name)?.under(kind.name));
+        let conditions: Vec<_> = others.iter().filter_map(condition).collect();
+        let free =
+            self.holding(kind)?.into_iter().filter(|word| !conditions.iter().any(|when| when.holds(word))).collect();
+        Some((kind.name, free)).filter(|(_, free): &(_, Vec<_>)| !conditions.is_empty() && !free.is_empty())
     }
 
     fn holding(&self, governor: &Governor) -> Option<Vec<&'static str>> {
@@ -154,8 +156,8 @@ mod tests {
                     Some(SettingValue::Text(word)) => words.contains(&word.as_str()),
                     _ => false,
                 };
-                let said = key.conditions().into_iter().all(named) || key.alternative().is_some_and(named);
-                assert_eq!(said, holds, "{} with {overrides:?}", key.name);
+                let documented = key.conditions().into_iter().all(named) || key.alternative().is_some_and(named);
+                assert_eq!(documented, holds, "{} with {overrides:?}", key.name);
                 let left_out = matches!(key.name, "chain.mesh" | "chain.mesh_unit" | "chain.override")
                     || [
                         "water.absorption",

@@ -166,9 +166,9 @@ fn table(
     }
     let grid = match options.sample_rate {
         Some(rate) => {
-            let (start, said) = own.unzip();
+            let (start, stated) = own.unzip();
             let name = &channels[chosen.time.unwrap_or(value)].name;
-            warnings.extend(said.and_then(|said| samples::replaced(name, said, 1.0 / rate)));
+            warnings.extend(stated.and_then(|stated| samples::replaced(name, stated, 1.0 / rate)));
             Some((start.unwrap_or(0.0), 1.0 / rate))
         }
         None => own.filter(|_| chosen.time.is_none()),

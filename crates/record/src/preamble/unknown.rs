@@ -48,19 +48,19 @@ pub(super) fn unknown(lines: &[Line<'_>]) -> Option<Preamble> {
 
 /// Rows without names below several lines of text, the last of which may be the name of a single column.
 pub(super) fn unnamed(lines: &[Line<'_>]) -> Option<Preamble> {
-    let says = |line: &&Line<'_>| !line.text.trim().is_empty() && !line.text.starts_with('#');
-    let said: Vec<&Line<'_>> = lines.iter().filter(says).collect();
+    let has_text = |line: &&Line<'_>| !line.text.trim().is_empty() && !line.text.starts_with('#');
+    let filled: Vec<&Line<'_>> = lines.iter().filter(has_text).collect();
     let shape = |line: &Line<'_>| {
         let delimiter = row_delimiter(line.text, None)?;
         Some((delimiter, line.text.split(delimiter.character()).count()))
     };
-    let first = said.iter().position(|line| shape(line).is_some())?;
-    let (delimiter, width) = shape(said[first])?;
-    let is_table = said[first..].iter().take(ROWS).all(|line| shape(line) == Some((delimiter, width)));
-    if first < 2 || said.len() < first + ROWS || !is_table {
+    let first = filled.iter().position(|line| shape(line).is_some())?;
+    let (delimiter, width) = shape(filled[first])?;
+    let is_table = filled[first..].iter().take(ROWS).all(|line| shape(line) == Some((delimiter, width)));
+    if first < 2 || filled.len() < first + ROWS || !is_table {
         return None;
     }
-    let last = said[first - 1].text;
+    let last = filled[first - 1].text;
     let parts = last.split([',', ';', '\t']).filter(|cell| !cell.trim().is_empty()).count();
     // A row of remarks below names may be blank.
     let is_wide = parts > 1 || last.split(delimiter.character()).count() == width;
@@ -69,7 +69,7 @@ pub(super) fn unnamed(lines: &[Line<'_>]) -> Option<Preamble> {
         return None;
     }
     let named = width == 1 && Column::from_header(last).dimension().is_some();
-    let line = said[first - usize::from(named)];
+    let line = filled[first - usize::from(named)];
     Some(passed_over(line, lines, "rows"))
 }
 

@@ -40,20 +40,20 @@ fn rows(row: impl Fn(usize) -> String) -> String {
 }
 
 /// Instants and velocities are those of the bench, and the assumptions say these.
-fn is_the_bench(name: &str, record: &Record, said: &[&str]) {
+fn is_the_bench(name: &str, record: &Record, notes: &[&str]) {
     let series = &record.raw;
     assert_eq!(series.len(), COUNT, "{name}");
     assert!((series.start - START).abs() < 1e-11 && (series.step / STEP - 1.0).abs() < 1e-9, "{name}: {series:?}");
     for (index, value) in series.values.iter().enumerate() {
         assert!((value - 0.1 * volts(index)).abs() < 1e-9, "{name}: sample {index}: {value:e}");
     }
-    for part in said {
+    for part in notes {
         assert!(record.assumptions.iter().any(|text| text.contains(part)), "{name}: {part}: {:?}", record.assumptions);
     }
 }
 
-fn reads(name: &str, text: &str, said: &[&str]) {
-    is_the_bench(name, &read_with(text, &options()).unwrap_or_else(|error| panic!("{name}: {error}")), said);
+fn reads(name: &str, text: &str, notes: &[&str]) {
+    is_the_bench(name, &read_with(text, &options()).unwrap_or_else(|error| panic!("{name}: {error}")), notes);
 }
 
 fn channel(name: &str) -> ReadOptions {

@@ -114,10 +114,10 @@ fn the_roundest_clock_that_explains_rounded_instants_is_taken() {
         let text = file("Time (s),CH1 (V)", count, |i| format!("{:.2E},{:.6}", instant(i), volts(i)));
         let record = read(name, &text, &scaled()).unwrap_or_else(|error| panic!("{error}"));
         assert_record(&record, count, start, step, 1.0);
-        let said = |assumption: &String| {
+        let is_noted = |assumption: &String| {
             assumption.contains("is rounded: one sample every") && assumption.contains("roundest")
         };
-        assert!(record.assumptions.iter().any(said), "{:?}", record.assumptions);
+        assert!(record.assumptions.iter().any(is_noted), "{:?}", record.assumptions);
     }
     // `%.6g` leaves the zeros at the end out.
     let text =
@@ -302,7 +302,7 @@ fn a_table_without_a_header_asks_for_what_is_missing_and_for_nothing_twice() {
     let two = file("", 400, |i| format!("{:.7},{:.5}", 1e-6 * i as f64 - 1e-4, volts(i)));
     let four = file("", 400, |i| format!("{:.6}\t{:.5}\t{:.5}\t0", 1e-4 * i as f64, volts(i), 0.5 * volts(i)));
     let falling = file("", 400, |i| format!("{:.5},{:.5}", volts(i), 0.5 * volts(i)));
-    let asked = |text: &str, options: &ReadOptions| read("a.csv", text.trim_start(), options).unwrap_err().remedy();
+    let remedy = |text: &str, options: &ReadOptions| read("a.csv", text.trim_start(), options).unwrap_err().remedy();
     let with = |time_unit: Option<&str>, unit: Option<&str>| ReadOptions {
         time_unit: time_unit.map(Into::into),
         unit: unit.map(Into::into),
@@ -317,7 +317,7 @@ fn a_table_without_a_header_asks_for_what_is_missing_and_for_nothing_twice() {
         (&four, with(Some("s"), Some("m/s")), "--read time_column=1 --channel 2"),
         (&falling, with(None, None), "--sample-rate RATE --channel 1 --unit UNIT"),
     ] {
-        assert_eq!(asked(text, &options).as_deref(), Some(flags), "{options:?}");
+        assert_eq!(remedy(text, &options).as_deref(), Some(flags), "{options:?}");
     }
     let all = ReadOptions { time_column: Some("1".into()), column: Some("2".into()), ..with(Some("s"), Some("m/s")) };
     assert_record(&read("a.csv", four.trim_start(), &all).unwrap(), 400, 0.0, 1e-4, 1.0);

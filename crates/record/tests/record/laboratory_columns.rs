@@ -59,8 +59,8 @@ fn of_several_times_the_one_beside_the_channel_is_taken() {
         let record = read(&text, &options).unwrap();
         assert_reads(header, &record, 4e-7, 1.0);
         assert!((record.raw.start + 2e-6).abs() < 1e-12, "{header}");
-        let said = format!("is taken, the one beside `{channel}`");
-        assert!(record.assumptions.iter().any(|text| text.contains(&said)), "{header}: {:?}", record.assumptions);
+        let note = format!("is taken, the one beside `{channel}`");
+        assert!(record.assumptions.iter().any(|text| text.contains(&note)), "{header}: {:?}", record.assumptions);
     }
     // The other channel keeps its own.
     let text = table("Time (s),CH1 (V),Time2 (s),CH2 (V)", |i| {
@@ -266,8 +266,8 @@ fn text_above_rows_without_names_is_passed_over() {
     assert!(refused(&text, &ReadOptions::default()).contains("or pass --read time_unit=UNIT --unit UNIT"));
     let record = read(&text, &of(Some("us"), "mm/s")).unwrap();
     assert_reads("pairs", &record, 1e-6, 1e-3);
-    let said = "lines 1 to 3 above the rows are passed over";
-    assert!(record.assumptions.iter().any(|text| text == said), "{:?}", record.assumptions);
+    let note = "lines 1 to 3 above the rows are passed over";
+    assert!(record.assumptions.iter().any(|text| text == note), "{:?}", record.assumptions);
     let numbered = rows(&|i| format!("{i}\t{i}E-06\t{:.4}", value(i)));
     let text = format!("Header Size:\t20\nDate:\t21/11/2019\nX-Axis\n{numbered}");
     let options = ReadOptions { time_column: Some("2".into()), column: Some("3".into()), ..of(Some("s"), "m/s") };

@@ -51,7 +51,7 @@ fn a_german_export_is_the_plain_file_bit_for_bit() {
     let plain = plain();
     assert_eq!((plain.series.len(), plain.pretrigger, plain.form.as_str()), (100, 20, "commas, decimal points, UTF-8"));
     assert!(!plain.assumptions.iter().any(|text| text.contains("separated") || text.contains("encoding")));
-    for (name, said) in [
+    for (name, note) in [
         ("german.csv", &["cells separated by semicolons, decimal commas (taken from the first rows)"][..]),
         ("german-windows.csv", &["encoding: Windows-1252, for byte 0xb5 in line 1 is no UTF-8", "semicolons"]),
         ("german-utf16.csv", &["encoding: UTF-16 little-endian", "semicolons"]),
@@ -64,7 +64,7 @@ fn a_german_export_is_the_plain_file_bit_for_bit() {
         assert_eq!(record.series, plain.series, "{name}");
         assert_eq!(record.raw, plain.raw, "{name}");
         assert_eq!((record.baseline, record.noise_rms), (plain.baseline, plain.noise_rms), "{name}");
-        assert_says(name, &record, said);
+        assert_says(name, &record, note);
     }
 }
 
@@ -72,7 +72,7 @@ fn a_german_export_is_the_plain_file_bit_for_bit() {
 fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
     let plain = plain();
     let channel = |name: &str| ReadOptions { column: Some(name.into()), ..scaled() };
-    for (name, options, said) in [
+    for (name, options, note) in [
         ("rigol.csv", scaled(), "instants from the header: -10 µs and every 0.5 µs"),
         ("rigol-no-x.csv", scaled(), "instants from the header"),
         ("rigol-inline.csv", scaled(), "instants from the header"),
@@ -106,7 +106,7 @@ fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
         for (a, b) in raw.values.iter().zip(&plain.raw.values) {
             assert!((a - b).abs() < 1e-9, "{name}: {a:e} {b:e}");
         }
-        assert_says(name, &record, if said.is_empty() { &[] } else { std::slice::from_ref(&said) });
+        assert_says(name, &record, if note.is_empty() { &[] } else { std::slice::from_ref(&note) });
     }
     let refused = |name| read_record(&file(name), RecordKind::Vibrometer, &scaled()).unwrap_err().to_string();
     assert!(refused("gwinstek-fast.csv").contains("volts are counts × 5.0E-02 / 25"));
@@ -118,7 +118,7 @@ fn every_layout_of_an_oscilloscope_gives_the_plain_series() {
 fn every_instrument_gives_the_plain_series() {
     let plain = plain();
     let second = ReadOptions { dataset: Some(2), ..scaled() };
-    for (name, options, said) in [
+    for (name, options, note) in [
         ("keysight.csv", scaled(), &["written by Keysight InfiniiVision", "line 2 is a row of units"][..]),
         ("infiniium.csv", scaled(), &["lines 1 to 18 are", "(Keysight Infiniium)", "instants from XOrg and XInc"]),
         ("infiniium-xy.csv", scaled(), &["lines 1 to 18 are", "(Keysight Infiniium)"]),
@@ -140,7 +140,7 @@ fn every_instrument_gives_the_plain_series() {
         };
         // The files hold the plain file's digits: what is left is a few roundings of the last bit.
         assert_close(name, &record.raw, &expected, 4.0 * f64::EPSILON * expected.peak());
-        assert_says(name, &record, said);
+        assert_says(name, &record, note);
     }
 }
 

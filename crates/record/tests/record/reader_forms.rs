@@ -116,12 +116,12 @@ fn sign_baseline_delay_and_trigger_are_undone() {
     assert!((record.baseline - 0.013).abs() < 1e-15);
     assert_eq!(record.noise_rms, 0.0);
     // Told in the header instead.
-    let said = text.replacen("time_s", "# delay: 4 us\n# trigger: 60 us\ntime_s", 1);
+    let stated = text.replacen("time_s", "# delay: 4 us\n# trigger: 60 us\ntime_s", 1);
     let options = ReadOptions { invert: true, ..ReadOptions::default() };
-    assert_same(&read(&said, RecordKind::Vibrometer, &options).unwrap());
+    assert_same(&read(&stated, RecordKind::Vibrometer, &options).unwrap());
     // None is removed on demand.
     let options = ReadOptions { baseline: Baseline::None, ..options };
-    let record = read(&said, RecordKind::Vibrometer, &options).unwrap();
+    let record = read(&stated, RecordKind::Vibrometer, &options).unwrap();
     assert!((record.series.values[0] + 0.013).abs() < 1e-15);
 }
 

@@ -131,7 +131,7 @@ fn files_that_were_hurt_on_their_way_are_mended_and_it_is_said() {
         let form = UniversalForm { precision: Precision::Single, binary: Some(ByteOrder::Big) };
         response(&series).to_bytes(form)
     };
-    for (name, bytes, expected, said) in [
+    for (name, bytes, expected, note) in [
         ("CR LF", text.replace('\n', "\r\n").into_bytes(), &plain[..], None),
         ("CR CR LF", text.replace('\n', "\r\r\n").into_bytes(), &plain, None),
         ("D exponents", text.replace("e-0", "D-0").replace("e+0", "D+0").into_bytes(), &plain, None),
@@ -165,8 +165,8 @@ fn files_that_were_hurt_on_their_way_are_mended_and_it_is_said() {
             assert_eq!(record.raw.values, expected, "{name}");
         }
         let notes = [record.assumptions, record.warnings.clone()].concat();
-        match said {
-            Some(said) => assert!(notes.iter().any(|text| text.contains(said)), "{name}: {notes:?}"),
+        match note {
+            Some(note) => assert!(notes.iter().any(|text| text.contains(note)), "{name}: {notes:?}"),
             None => assert!(record.warnings.is_empty(), "{name}: {:?}", record.warnings),
         }
     }

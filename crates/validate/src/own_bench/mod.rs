@@ -148,8 +148,8 @@ impl OwnBench {
     /// A plan of other records, one that cannot be fitted, or one whose fit does not explain its record.
     pub fn fit(plan: Plan, problem: &Problem, stop: Stop) -> Result<Option<Self>, OwnBenchError> {
         record_of(problem)?;
-        let asked = stop.clone();
-        match problem.fit(Schedule { watch: Arc::new(move |_| !asked()), ..Schedule::default() }) {
+        let stopping = stop.clone();
+        match problem.fit(Schedule { watch: Arc::new(move |_| !stopping()), ..Schedule::default() }) {
             Err(Refusal::Stopped) => Ok(None),
             fitted => Self::of(plan, problem, fitted?.best(), stop).map(Some),
         }

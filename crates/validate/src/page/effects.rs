@@ -163,7 +163,7 @@ fn table(costs: &EffectCosts) -> Table {
 /// What a target needs, in sentences.
 #[must_use]
 pub fn sentences(advice: &Advice) -> Vec<String> {
-    let said = |effects: &[Advised]| {
+    let listed = |effects: &[Advised]| {
         let one = |effect: &Advised| format!("{} ({}, `{}`)", effect.name, percent(effect.change), effect.key);
         effects.iter().map(one).collect::<Vec<_>>().join("; ")
     };
@@ -177,7 +177,7 @@ pub fn sentences(advice: &Advice) -> Vec<String> {
     let mut out =
         vec![format!("For {target}, of the effects of the model (what stands on the bench is never left out):")];
     out.extend(
-        lists.into_iter().filter(|(list, _)| !list.is_empty()).map(|(list, what)| format!("{what}: {}.", said(list))),
+        lists.into_iter().filter(|(list, _)| !list.is_empty()).map(|(list, what)| format!("{what}: {}.", listed(list))),
     );
     out
 }

@@ -280,8 +280,12 @@ impl StressOutcome {
 
 /// Case and fidelity level of every examination of a plan.
 fn examinations(plan: &StressPlan) -> Vec<(&'static Case, FidelityLevel)> {
-    let asked = |case: &&Case| plan.cases.is_empty() || plan.cases.contains(&case.number);
-    CASES.iter().filter(asked).flat_map(|case| case.fidelities.iter().map(move |fidelity| (case, *fidelity))).collect()
+    let is_selected = |case: &&Case| plan.cases.is_empty() || plan.cases.contains(&case.number);
+    CASES
+        .iter()
+        .filter(is_selected)
+        .flat_map(|case| case.fidelities.iter().map(move |fidelity| (case, *fidelity)))
+        .collect()
 }
 
 /// How many examinations a plan has: what [`Watch::advance`] counts.

@@ -60,8 +60,8 @@ pub(super) fn examine(room: &mut Room<'_>) {
     ] {
         match peak(room, PLAIN, Some(flaw), Missing::Refuse) {
             Ok((_, warnings)) => {
-                let said = f64::from(u8::from(warnings.iter().any(|warning| warning.contains(word))));
-                room.check(format!("{which}: a warning says `{word}`"), said, Limit::AtLeast(1.0), "1");
+                let warned = f64::from(u8::from(warnings.iter().any(|warning| warning.contains(word))));
+                room.check(format!("{which}: a warning says `{word}`"), warned, Limit::AtLeast(1.0), "1");
             }
             Err(reason) => room.refused(which, reason, word),
         }

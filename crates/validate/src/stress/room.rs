@@ -77,8 +77,8 @@ impl<'a> Room<'a> {
             FidelityLevel::Fea => &["model.kind=fea"],
         };
         let text = |set: &&str| (*set).to_owned();
-        let asked: Vec<String> = fidelity.iter().chain(sets).map(text).collect();
-        let all = [&asked[..], &self.plan.overrides[..]].concat();
+        let requested: Vec<String> = fidelity.iter().chain(sets).map(text).collect();
+        let all = [&requested[..], &self.plan.overrides[..]].concat();
         scene::load(name, &all).map_err(|error| error.to_string())
     }
 

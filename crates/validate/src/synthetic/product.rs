@@ -33,7 +33,7 @@ pub(super) fn fitted(definition: &Plan, records: &[(Scene, &[u8])], bodies: Opti
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     // Where the files lay is of no interest, and another every time.
     let place = format!("{}/", folder.path().display());
-    let said = |error: &dyn std::error::Error| with_causes(error).replace(&place, "");
+    let message = |error: &dyn std::error::Error| with_causes(error).replace(&place, "");
     let written = |(number, (scene, csv)): (usize, &(Scene, &[u8]))| {
         recorded_run(&folder.path().join(number.to_string()), scene, csv).map_err(|error| error.to_string())
     };
@@ -42,7 +42,7 @@ pub(super) fn fitted(definition: &Plan, records: &[(Scene, &[u8])], bodies: Opti
         let problem = Problem::of(definition, recorded_runs)?;
         problem.fit(Schedule { bodies, ..Schedule::default() })
     };
-    fit().map_err(|error| said(&error))
+    fit().map_err(|error| message(&error))
 }
 
 /// The answer for one record.
