@@ -39,7 +39,7 @@ const USUAL: [(&str, &str); 5] = [
     ("the instrument's full-scale value is not stated", "no full scale"),
 ];
 
-/// Flags of every subcommand: how much is said, on how many threads, from which seed.
+/// Flags of every subcommand: amount of output, threads, seed.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Session {
     /// Print the summary as JSON alone on standard output

@@ -101,7 +101,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether the drive's frequency is taken as stated, said of either record.
+    /// Whether the stated drive frequency is used, for either record.
     fn forces_frequency(&self) -> bool {
         [self.reading.options(None), self.drive_reading.options(None)].iter().any(|options| options.force_frequency)
     }
@@ -118,7 +118,7 @@ pub struct Job {
     pub problem: Problem,
     /// The arguments that can change a result, as typed.
     arguments: Vec<String>,
-    /// The program that the results are said to be of.
+    /// Name of the program in the results.
     pub(super) program: String,
     /// The plan and the bench file, where there are such, by role.
     plans: Vec<(&'static str, Input)>,

@@ -77,7 +77,7 @@ fn assemble(
         assumptions.push(format!("drive {}, for which the calibration was made", drive.input.path.display()));
     }
     if let Some(calibration) = calibration {
-        // Another scene takes over what was fitted, not what was said of the first one's bench.
+        // Another scene takes over what was fitted, not the settings of the first one's bench.
         if arguments.scene.is_none() {
             overrides.extend(calibration.own_overrides.iter().cloned());
         } else {

@@ -1,4 +1,4 @@
-//! How long a run will still take, said once for people who see no bar, from what its beginning took.
+//! Remaining time of a run, printed once for people who see no progress bar, from the time of its first part.
 
 use std::{
     sync::{Mutex, PoisonError},

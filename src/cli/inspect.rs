@@ -123,7 +123,7 @@ fn other_file(file: &Path) -> Option<String> {
     }
 }
 
-/// A record of a kind that is named, or told from the file.
+/// A record whose kind is named or recognised from the file.
 pub fn read(file: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Result<Record, MeasurementError> {
     match kind {
         Some(kind) => read_record(file, kind, options),
@@ -137,7 +137,7 @@ fn horn_frequency(record: &Record) -> Option<f64> {
         return None;
     }
     let horn = record.path.parent().unwrap_or(Path::new("")).join("horn_tip.csv");
-    // Its own troubles are told when it is inspected itself.
+    // Its own warnings appear when it is inspected itself.
     read_record(&horn, RecordKind::HornTip, &ReadOptions::default()).ok()?.drive_frequency()
 }
 

@@ -48,7 +48,7 @@ use crate::{
 /// How a command ended that did not fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Everything asked for was done: exit code 0.
+    /// Everything requested was done: exit code 0.
     Done,
     /// A search finished without converging; its results are written: exit code 3.
     Unconverged,

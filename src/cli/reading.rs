@@ -86,7 +86,7 @@ impl ChannelArguments {
     }
 }
 
-/// The same of the horn's tip, where another record is read as well. What is said of the form of a file holds for the drive too where it stands in the
+/// The same of the horn's tip, where another record is read as well. Options on the form of a file hold for the drive too if it is in the
 /// same one.
 #[derive(Debug, Clone, PartialEq, Default, Args)]
 pub struct DriveReadArguments {

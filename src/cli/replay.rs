@@ -96,7 +96,7 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub analysis: Option<AnalysisSummary>,
     pub settings: summary::Settings,
-    /// Mean, scatter and sensitivity, where asked for.
+    /// Mean, scatter and sensitivity, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ensemble: Option<summary::EnsembleTable>,
     /// What the source paper prints of this scene.

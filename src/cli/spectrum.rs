@@ -150,7 +150,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
 
 /// Whether the first line that is no comment names the columns of our `response.csv`.
 fn is_response(path: &Path) -> bool {
-    // A file that cannot be opened is told of by the reader.
+    // The reader reports a file that cannot be opened.
     let Ok((head, _)) = read_head(path) else { return false };
     let mut lines = head.lines().map_while(Result::ok);
     let header = lines.find(|line| !line.trim_start().starts_with('#') && !line.trim().is_empty());

@@ -62,7 +62,7 @@ pub struct Arguments {
     pub drive_reading: DriveReadArguments,
 }
 
-/// Run it: with questions where nothing was typed and somebody can be asked.
+/// Run it: with questions if nothing was typed and the input is a terminal.
 pub fn execute(mut arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let mut words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
     let mut person = ask::terminal();

@@ -362,7 +362,7 @@ impl Fitted {
         }
     }
 
-    /// Every candidate, the best first, the others in the order asked for.
+    /// Every candidate, the best first, the others in the requested order.
     pub fn ranked(&self) -> Vec<&FittedCandidate> {
         let mut ranked: Vec<&FittedCandidate> = self.candidates.iter().collect();
         ranked.sort_by_key(|other| !std::ptr::eq(*other, self.best()));

@@ -206,7 +206,7 @@ pub(super) fn fit_levels(
         {
             return Err(Refusal::Checkpoint(checkpoint.impossible()));
         }
-        // A saved correction began because the waveform said nothing.
+        // A saved correction began because the waveform gave no answer.
         let found = if problem.begins_with_waveform() && correction.is_none() {
             by_waveform(problem, &made.joint, &search, fidelity, &fit, fresh)
         } else {

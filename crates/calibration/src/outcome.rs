@@ -41,10 +41,10 @@ pub struct CalibrationOutcome {
     /// Which mount the record prefers, or `undecided`; absent when only one was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preferred_mount: Option<String>,
-    /// Factor by which the 90 % intervals are widened, where that was asked for.
+    /// Factor by which the 90 % intervals are widened, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub widened: Option<f64>,
-    /// Coverage counted with synthetic records of this bench, where that was asked for.
+    /// Coverage counted with synthetic records of this bench, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<serde_json::Value>,
     /// Mounts without a run that can be compared with the record, with the reason.

@@ -177,7 +177,7 @@ impl Problem {
             return Err(Contradiction::Together { model: above.model.kind.name() }.into());
         }
         let above = above(scene)?;
-        // Some fifty more runs of finite elements are asked for, not assumed.
+        // Some fifty more runs of finite elements must be requested.
         let usual = if above.last() == Some(&ModelKind::Fea) { Likelihood::Amplitudes } else { Likelihood::Waveform };
         let likelihood = plan.likelihood.unwrap_or(usual);
         let stated = StatedUncertainty::new(&plan.uncertainty)?;
@@ -361,7 +361,7 @@ fn refuse_frequencies(planned: &[RecordedRunPlan], scenes: &[Scene]) -> Result<(
     let mut stated = Vec::new();
     for (number, (recorded_run, scene)) in planned.iter().zip(scenes).enumerate() {
         let (of_drive, of_record) = (recorded_run.drive_stated(scene), recorded_run.stated().filter(|_| every));
-        // Of the first the drive says what holds, of the others the record is asked first.
+        // The drive decides for the first record; for the others the record itself comes first.
         let (first, second) = if number == 0 { (Some(of_drive), of_record) } else { (of_record, Some(of_drive)) };
         stated.extend(first.into_iter().chain(second));
     }

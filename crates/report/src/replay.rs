@@ -37,7 +37,7 @@ pub struct ReplayReport<'a> {
     pub drive_frequency: f64,
     /// Figures besides, with their names.
     pub others: Vec<(&'static str, Figure)>,
-    /// Mean, scatter and sensitivity, where they were asked for.
+    /// Mean, scatter and sensitivity, if they were requested.
     pub ensemble: Option<Table>,
     /// What was assumed on the way, and what was warned of.
     pub assumptions: Vec<String>,

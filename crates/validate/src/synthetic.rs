@@ -120,7 +120,7 @@ pub struct SyntheticFit {
     pub lobes: usize,
     pub correlation: f64,
     pub failed_runs: usize,
-    /// What the chain alone said, where the answer is another model's.
+    /// Result of the chain alone, if another model gives the answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub before: Option<Vec<Estimate>>,
 }

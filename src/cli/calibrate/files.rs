@@ -70,7 +70,7 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     Ok(fitted)
 }
 
-/// Coverage of synthetic records of the bench, where it was asked for, as blocks of the report; counts go into the outcome.
+/// Coverage of synthetic records of the bench, if requested, as blocks of the report; counts go into the outcome.
 fn coverage(
     job: &Job,
     fitted: &Fitted,

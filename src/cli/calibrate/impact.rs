@@ -55,7 +55,7 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
     scene.scene = Some(source);
     scene.planned.clone_from(&plan.set);
     scene.drive.clear();
-    // What is wrong with a scene is said by the path that it belongs to.
+    // An error of a scene names the path that it belongs to.
     let Ok(bench) = experiment::for_fit(&scene, &ReadOptions::default(), true) else { return Ok(None) };
     let Ok(scene) = bench.scene_with(&[]) else { return Ok(None) };
     if scene.drive.kind.striker().is_none() {
@@ -83,7 +83,7 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
     }
     for Hit { record, .. } in &hits {
         for text in &record.assumptions {
-            // What holds of all is said once.
+            // What holds for all hits is printed once.
             let of_all = hits.iter().all(|hit| hit.record.assumptions.contains(text));
             let text = if of_all { text.clone() } else { format!("{}: {text}", record.path.display()) };
             if !assumptions.contains(&text) {

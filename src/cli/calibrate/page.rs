@@ -348,7 +348,7 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     Ok(Outcome::Done)
 }
 
-/// What is said on the terminal at the end.
+/// Summary on the terminal at the end.
 pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> String {
     let mut text = String::new();
     let mount = outcome.best.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));

@@ -67,7 +67,7 @@ pub fn execute(arguments: &Arguments, session: &Session) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-/// What is said of the records, and everything counted of them.
+/// Description of the records, and everything counted of them.
 fn made(
     base: &Scene,
     plan: &SyntheticPlan,

@@ -188,7 +188,7 @@ impl Standing {
     }
 }
 
-/// Whether a file is another one than the list beside it says; `false` where nothing is said of it.
+/// Whether a file differs from its entry in the list beside it; `false` without an entry.
 ///
 /// # Errors
 /// A list that is damaged, or a file that cannot be read.

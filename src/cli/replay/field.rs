@@ -1,6 +1,6 @@
 //! The pressure field behind `granchain replay`: maps, beam patterns, the face's velocity for a field solver.
 //!
-//! Nothing here runs unless asked for. What is asked for is made by a second pass whose output is on the clock of disc and water.
+//! Nothing here runs unless requested. It is computed by a second pass whose output is on the clock of disc and water.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -98,9 +98,9 @@ pub fn refuse_idle(flags: &FieldArguments, scene: &Scene) -> anyhow::Result<()> 
 /// Figures by name, and tables.
 pub type Field = (Vec<(&'static str, Figure)>, Files);
 
-/// Everything asked for.
+/// Everything requested.
 ///
-/// - `prepared`: the bodies of the scene, asked for only where something is made
+/// - `prepared`: the bodies of the scene, prepared only if something is computed
 /// - `window`: where the drive is on, s
 pub fn make(
     flags: &FieldArguments,
@@ -208,7 +208,7 @@ fn phasors(velocities: &[Series], window: Window, frequency: f64) -> Vec<c64> {
     velocities.iter().map(of).collect()
 }
 
-/// Write what was asked for.
+/// Writes what was requested.
 pub fn write(folder: &OutputFolder, (figures, files): Field) -> anyhow::Result<()> {
     for (name, figure) in figures {
         folder.write(format!("{name}.svg"), figure.to_svg()?)?;

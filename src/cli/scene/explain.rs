@@ -84,7 +84,7 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
     )
 }
 
-/// The effects of a scene, and those that are asked for on the command line: off in a scene by itself.
+/// The effects of a scene, and those requested on the command line, which are off in a scene by itself.
 fn all(scene: &Scene) -> Vec<Effect> {
     let mut effects = scene::effects(scene);
     let method = scene.water.as_ref().map(|water| format!("water.method = {}", water.method.name()));

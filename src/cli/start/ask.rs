@@ -90,7 +90,7 @@ fn file(ask: &mut dyn Ask, question: &str, may_be_none: bool) -> anyhow::Result<
 mod tests {
     use super::*;
 
-    /// Answers in their order, and what was told.
+    /// Answers in their order, and the messages shown.
     struct Prepared(Vec<&'static str>, Vec<String>);
 
     impl Ask for Prepared {

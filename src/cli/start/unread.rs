@@ -20,7 +20,7 @@ pub struct Unread {
 const OF_A_BEAD: &str = "'<VALUE> mm/s/V'";
 const OF_A_HORN: &str = "'<VALUE> um/V'";
 
-/// What was said of a file whose kind was open, of the horn's.
+/// Warnings of the horn's file, whose kind was open.
 fn as_of_horn(text: String) -> String {
     if text.contains(OF_A_HORN) { text } else { text.replace(OF_A_BEAD, OF_A_HORN) }
 }

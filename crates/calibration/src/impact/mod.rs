@@ -36,7 +36,7 @@ use crate::{
     parameter::{Parameter, widened},
 };
 
-/// Runs of a fit where none are asked for.
+/// Default number of runs of a fit.
 pub const EVALUATIONS: usize = 600;
 
 /// Rounds of a fit: the whole box, then twice around the answer.
@@ -163,7 +163,7 @@ impl Experiment {
         self.hits.iter().map(|hit| hit.impulses.features()).collect()
     }
 
-    /// Fits the parameters; `stop` is asked between rounds.
+    /// Fits the parameters; `stop` is called between rounds.
     pub fn fit(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactFit, ImpactError> {
         let hits = Hits::of(&self.features());
         let mut parameters = self.parameters.clone();

@@ -119,7 +119,7 @@ const BETWEEN: u64 = 1 << 20;
 /// 95 % quantile of the standard normal distribution.
 pub const QUANTILE: f64 = 1.644_853_627;
 
-/// Smallest p at which crosstalk is told from a wrong model.
+/// Smallest p at which crosstalk can be distinguished from a wrong model.
 const FITS: f64 = 0.01;
 
 /// Crosstalk over the peak, and over its standard deviation, that is named.

@@ -58,7 +58,7 @@ impl Bound {
             }
     }
 
-    /// What is asked for before any range.
+    /// What is checked before any range.
     pub(super) fn sign(self) -> Self {
         match self {
             Self::Radius | Self::Modulus | Self::Density => Self::Positive,

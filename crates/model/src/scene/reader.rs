@@ -449,7 +449,7 @@ pub(super) fn quantity(entry: &Entry, key: &str, dimension: Dimension, bound: Bo
     Err(SceneError::OutOfRange {
         place: entry.place.clone(),
         key: key.to_owned(),
-        // A range is told only to a number that could lie in it.
+        // A range is printed only for a number that could lie in it.
         expected: if value > 0.0 && value.is_finite() { bound } else { bound.sign() }.describe(),
         found: if value.is_finite() { Quantity::new(value, dimension).to_string() } else { value.to_string() },
     })

@@ -506,7 +506,7 @@ pub(super) struct Governor {
     pub(super) reinterpreted: &'static [&'static str],
 }
 
-/// In the order in which they are asked.
+/// In the order in which they are checked.
 pub(super) const GOVERNORS: &[Governor] = &[
     // First: it decides which integrators there are.
     Governor {

@@ -84,7 +84,7 @@ pub struct Front {
 }
 
 impl Front {
-    /// Of a disc touched at the points of a face, for water that is computed as said.
+    /// Of a disc touched at the points of a face, for water computed as the scene states.
     pub(crate) fn new(disc: Disc, face: &Face, water: &WaterSettings) -> Result<Self, DiscError> {
         // Outward is out of the water.
         let terms = |i| face.terms(i).map(|(unknown, coefficient)| (unknown as u32, -coefficient)).collect();

@@ -69,7 +69,7 @@ pub struct OwnRecord {
     pub values: Vec<(String, f64)>,
     /// What the waveform could say at these values; absent where it cannot be compared.
     pub bound: Option<WaveformBound>,
-    /// The fit, or why there is none; absent where only the bound was asked for.
+    /// The fit, or why there is none; absent if only the bound was requested.
     pub fit: Option<Result<OwnFit, String>>,
 }
 

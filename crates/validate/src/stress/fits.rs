@@ -69,7 +69,7 @@ fn fitted(scene: &Scene, fitted: &Fitted<'_>, csv: &[u8], seed: u64) -> Result<F
     product::fit(&definition, scene, csv, None)
 }
 
-/// 1 where a fit ends as a false answer: said to explain the record, its interval of 90 % without the truth.
+/// 1 if a fit ends as a false answer: the verdict is that it explains the record, but the 90 % interval misses the true value.
 fn false_answer(fit: &Fit, truth: &[f64]) -> f64 {
     let misses = |(estimate, truth): (&Estimate, &f64)| !(estimate.low..=estimate.high).contains(truth);
     let missed = fit.estimates.iter().zip(truth).any(misses);
