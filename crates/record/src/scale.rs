@@ -120,7 +120,7 @@ impl Sensitivity {
 
     /// Value of one unit of `voltage`.
     #[must_use]
-    pub(crate) fn unit_of(self, voltage: Unit) -> Unit {
+    pub fn unit_of(self, voltage: Unit) -> Unit {
         Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
     }
 
