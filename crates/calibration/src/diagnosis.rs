@@ -223,13 +223,13 @@ impl Case<'_> {
 
     /// A power of ten in all amplitudes, which is too far for the existing runs, so each is searched.
     fn decades(&self) -> Option<Finding> {
-        let tried = DECADES.iter().filter_map(|factor| {
+        let tried = two_at_a_time(DECADES.to_vec(), |factor| {
             // A record ten times too large is compared as a tenth of it.
             let comparison = self.comparison.scaled(1.0 / factor)?;
             let (p, _) = self.search(self.scene, None, &comparison, 1.0 / factor)?;
-            self.worth(p).then_some((p, *factor))
+            self.worth(p).then_some((p, factor))
         });
-        let (p, factor) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (p, factor) = tried.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
         let text = format!(
             "amplitudes {factor} times as large as they should be (the peak is {}): without that factor p is {}, as read {}; check the \
              unit of the column and the sensitivity (--unit, --scale)",
@@ -257,19 +257,12 @@ impl Case<'_> {
 
     /// Causes that need their own runs.
     fn searched(&self) -> Vec<Finding> {
-        let suspects = self.suspects();
-        // Two at a time: a search alone leaves the second thread idle between its runs, and many at a time would take memory.
-        let half = suspects.len().div_ceil(2).max(1);
-        let searched: Vec<_> = suspects
-            .into_par_iter()
-            .with_min_len(half)
-            .map(|(cause, scene, parameter, describe)| {
-                (cause, describe, self.search(&scene, parameter, self.comparison, 1.0).filter(|(p, _)| self.worth(*p)))
-            })
-            .collect();
+        let searched = two_at_a_time(self.suspects(), |(cause, scene, parameter, describe)| {
+            let (p, values) = self.search(&scene, parameter, self.comparison, 1.0)?;
+            self.worth(p).then_some((cause, p, values, describe))
+        });
         let mut found: Vec<Finding> = Vec::new();
-        for (cause, describe, result) in searched {
-            let Some((p, values)) = result else { continue };
+        for (cause, p, values, describe) in searched.into_iter().flatten() {
             let text =
                 format!("{}: with it p is {}, without {}", describe(&values), shown(p), shown(self.fit.agreement.p));
             let finding = Finding::new(cause, Some(p), text);
@@ -537,6 +530,12 @@ impl Case<'_> {
 
 /// Cause, scene, further parameter and text of the finding.
 type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&[f64]) -> String + Send>);
+
+/// Results of searches in their order. One search alone leaves a second thread idle between its runs; many at a time would take memory.
+fn two_at_a_time<T: Send, R: Send>(searches: Vec<T>, search: impl Fn(T) -> R + Send + Sync) -> Vec<R> {
+    let half = searches.len().div_ceil(2).max(1);
+    searches.into_par_iter().with_min_len(half).map(search).collect()
+}
 
 /// Result under an assumed cause.
 struct Judgement {

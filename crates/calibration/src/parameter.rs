@@ -368,6 +368,9 @@ mod tests {
             parameter.set(&mut set, value);
             parameter.vary(&scene, &mut variation, value);
             assert_ne!(set, scene, "{name}");
+            if let Target::Damping(term) | Target::DampingBeside(term) = parameter.target {
+                assert_eq!(set.damping.coefficients[term], value, "{name}");
+            }
             let mut made = varied(&scene, &variation);
             if name == "precompression" {
                 made.chain.gaps.clone_from(&set.chain.gaps);
