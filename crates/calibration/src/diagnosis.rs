@@ -489,7 +489,8 @@ impl Case<'_> {
         match waveform::fit(vec![compared], &elite, self.seed, false) {
             // What the waveform cannot be fitted with is no cause.
             None => None,
-            Some(found) if !found.decides() => Some((p, values)),
+            // Nor what leaves more of a short window than runs do.
+            Some(found) if !found.decides() => Some((found.with_amplitudes(p), values)),
             Some(found) => {
                 let parameters = forward.parameters.iter().zip(&found.at);
                 let values = parameters.map(|(parameter, u)| parameter.value(*u)).collect();

@@ -54,8 +54,9 @@ const WIDE: f64 = 1.3;
 /// Length of a round's runs: factor on the predictable cycles, plus cycles.
 const LENGTH: (f64, f64) = (1.4, 3.0);
 
-/// Standard deviations within which runs of several rounds are pooled.
+/// Standard deviations within which runs of several rounds are pooled; doubled while fewer than so many lie within, as about a model that does not fit.
 const TOGETHER: f64 = 6.0;
+const FEWEST_TOGETHER: usize = 40;
 
 const MOST_TOGETHER: usize = 500;
 
@@ -315,14 +316,21 @@ impl Rounds {
             let last = self.made.last().map_or(&[][..], |last| &last.traces[..]);
             round.traces.iter().zip(last).all(|(own, last)| own.nrows() >= last.nrows())
         };
-        for (number, round) in self.made.iter().enumerate().rev().filter(|(_, round)| long(round)) {
-            for (run, at) in round.points.iter().enumerate() {
-                let near = (0..dimension).all(|d| (at[d] - about.at[d]).abs() < TOGETHER * deviation[d]);
-                if points.len() < most && near {
-                    points.push(solved(&self.lower, &apart(at, &about.at))?);
-                    used.push((number, run));
-                }
-            }
+        let all = || {
+            let rounds = self.made.iter().enumerate().rev().filter(|(_, round)| long(round));
+            rounds.flat_map(|(number, round)| round.points.iter().enumerate().map(move |(run, at)| ((number, run), at)))
+        };
+        let near =
+            |at: &[f64], within: f64| (0..dimension).all(|d| (at[d] - about.at[d]).abs() < within * deviation[d]);
+        let lie = |within: f64| all().filter(|(_, at)| near(at, within)).count();
+        let enough = FEWEST_TOGETHER.min(all().count());
+        let mut within = TOGETHER;
+        while within.is_finite() && lie(within) < enough {
+            within *= 2.0;
+        }
+        for (run, at) in all().filter(|(_, at)| near(at, within)).take(most) {
+            points.push(solved(&self.lower, &apart(at, &about.at))?);
+            used.push(run);
         }
         let of_record = |record: usize| {
             let made = used.iter().map(|(round, _)| self.made[*round].traces[record].nrows());
