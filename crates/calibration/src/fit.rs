@@ -73,6 +73,10 @@ impl Verdict {
         }
     }
 
+    fn at_best_doubtful(self) -> Self {
+        if self == Self::WithinScatter { Self::Doubtful } else { self }
+    }
+
     pub fn explains(self) -> bool {
         self != Self::OutsideScatter
     }
@@ -191,6 +195,8 @@ impl Fit {
             }
             self.agreement.p = waveform.with_amplitudes(self.agreement.p);
             self.verdict = verdict(self.agreement.p, !waveform.settled, &self.estimates, &self.parameters);
+        } else if waveform.contradicts() {
+            self.verdict = self.verdict.at_best_doubtful();
         }
         self.waveform = Some(waveform);
         self

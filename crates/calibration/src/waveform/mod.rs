@@ -134,6 +134,11 @@ impl WaveformFit {
         narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
     }
 
+    /// Whether a waveform that does not decide misses even the few cycles that are compared, so that the features alone cannot vouch for the model.
+    pub(crate) fn contradicts(&self) -> bool {
+        !self.decides() && self.p < AGAIN
+    }
+
     /// The crosstalk of the drive in record `number`, over its peak, and its standard deviation, where it is beyond doubt: the waveform decides and fits
     /// (p ≥ 0.01), and the share is above 0.2 % and 4 standard deviations.
     #[must_use]
