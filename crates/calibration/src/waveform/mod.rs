@@ -104,8 +104,9 @@ const WIDEST: f64 = 0.15;
 /// p below which the rounds are repeated from the amplitudes' answer.
 const AGAIN: f64 = 0.01;
 
-/// Further tries above the chain where none has p above that.
+/// Further tries above the chain where none has p above that, and the T/N above which there are none: of thirty of these no try came near the record.
 const TRIES: u64 = 2;
+const FAR_OFF: f64 = 15.0;
 
 /// p of a model above the chain below which other pairs are tried once: where two answers fit the start of a record, the worse one leaves more.
 const DOUBTED: f64 = 0.2;
@@ -220,7 +221,8 @@ pub(crate) fn fit_above(
     let [found, _] = start::search(&sources, &[at.to_vec()], seed)?;
     // Where the chain is far off, other pairs may lead elsewhere.
     (1..=TRIES).fold(better(first, turns(&sources, found, seed)), |best, number| {
-        if best.as_ref().is_none_or(|fit| fit.p >= AGAIN || !fit.decides()) || !sources.goes_on() {
+        let over = |fit: &WaveformFit| fit.p >= AGAIN || fit.reduced > FAR_OFF || !fit.decides();
+        if best.as_ref().is_none_or(over) || !sources.goes_on() {
             return best;
         }
         better(best, tried(number))
