@@ -11,7 +11,7 @@ use super::{
     diagnosis::Finding,
     fit::{Estimate, Fit, Verdict},
     parameter::{Parameter, Target},
-    waveform::QUANTILE,
+    waveform::{AGAIN, QUANTILE},
 };
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
@@ -163,6 +163,11 @@ pub struct WaveformOutcome {
 }
 
 impl WaveformOutcome {
+    /// Whether a waveform that did not decide misses even the few cycles that were compared: the verdict is `doubtful` at best.
+    pub fn contradicts(&self) -> bool {
+        !self.decided && self.p_value < AGAIN
+    }
+
     /// Of a fit that has one.
     pub(crate) fn of(fit: &Fit) -> Option<Self> {
         let waveform = fit.waveform.as_ref()?;

@@ -101,8 +101,8 @@ pub(crate) const FEWEST_CYCLES: f64 = 6.0;
 /// Standard deviation in ln above which a normal distribution does not describe the answer.
 const WIDEST: f64 = 0.15;
 
-/// p below which the rounds are repeated from the amplitudes' answer.
-const AGAIN: f64 = 0.01;
+/// p below which a waveform does not fit, and the rounds are repeated from the amplitudes' answer.
+pub(crate) const AGAIN: f64 = 0.01;
 
 /// Further tries above the chain where none has p above that, and the T/N above which there are none: of thirty of these no try came near the record.
 const TRIES: u64 = 2;

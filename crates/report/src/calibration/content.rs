@@ -11,6 +11,7 @@ use crate::{
     replay::energy_table,
     sweep::{capitalised, sweep_figure},
 };
+use granchain_calibration::{agreement::DOUBTFUL, outcome::WaveformOutcome};
 use granchain_signal::feature::Measurand;
 
 const NO_CAUSE: &str = "Likely causes (sign, unit, number of beads, gap, material and others) were tried; none of them explains the record better.";
@@ -25,10 +26,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     blocks.push(Block::Plates(traces.by_ref().take(1).collect()));
     blocks.extend(Block::noticed(&outcome.warnings));
     if !outcome.diagnosis.is_empty() {
-        let explained = outcome
-            .diagnosis
-            .iter()
-            .any(|finding| finding.p_value.is_none_or(|p| p >= granchain_calibration::agreement::DOUBTFUL));
+        let explained = outcome.diagnosis.iter().any(|finding| finding.p_value.is_none_or(|p| p >= DOUBTFUL));
         let heading =
             if explained { "What would explain the record" } else { "What comes nearest to explaining the record" };
         blocks.extend(Block::listed(heading, outcome.diagnosis.iter().map(|it| capitalised(&it.text)).collect()));
@@ -102,7 +100,14 @@ fn decided(law: &Law<'_>) -> String {
                 share(law.fit.p_value)
             ),
         },
-        if waveform.is_some() { " The parameters were fitted to the waveform; the features only enter p." } else { "" }
+        match contradicting(law) {
+            _ if waveform.is_some() => " The parameters were fitted to the waveform; the features only enter p.".into(),
+            Some(waveform) => format!(
+                " The first cycles of the waveform do not fit ({}): the verdict is doubtful at best.",
+                share(waveform.p_value)
+            ),
+            None => String::new(),
+        }
     )
 }
 
@@ -216,6 +221,11 @@ fn values(law: &Law<'_>, intervals: bool) -> String {
     values.join(" and ")
 }
 
+/// The waveform, if it did not decide but its first cycles do not fit.
+fn contradicting<'a>(law: &'a Law<'_>) -> Option<&'a WaveformOutcome> {
+    law.fit.waveform.as_ref().filter(|waveform| waveform.contradicts())
+}
+
 fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
     let leaning: Vec<&str> =
         law.parameters.iter().filter(|parameter| parameter.at_bound).map(|parameter| parameter.symbol).collect();
@@ -235,6 +245,9 @@ fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
     let p = law.fit.p_value;
     let p = if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) };
     let (explains, deviates) = match verdict {
+        Verdict::Doubtful if law.fit.p_value >= DOUBTFUL && contradicting(law).is_some() => {
+            ("hardly explains", "the features agree, but the first cycles of the waveform do not")
+        }
         Verdict::Doubtful => ("hardly explains", "the record deviates more than most runs of the model do"),
         _ => ("explains", "the deviations are no larger than between runs of the model"),
     };
