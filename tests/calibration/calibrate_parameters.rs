@@ -405,19 +405,18 @@ fn the_mass_of_the_beads_widens_what_is_a_force_and_nothing_else() {
     }
 }
 
-/// The fit, on the chain of the scene `annulus`, of a record with its horn, made with `settings` and `hidden` ones that the fit does not know.
-fn fit_of_hidden(settings: &[&str], hidden: &[&str]) -> Fit {
+/// The fit, on the chain of the scene `annulus`, of a record with its horn that was made with settings the fit does not know.
+fn fit_of_hidden(settings: &[&str]) -> Fit {
     let bench = Bench::new();
-    let known: Vec<String> = ["model.kind=chain"].iter().chain(settings).map(|text| (*text).into()).collect();
-    let all: Vec<String> = known.iter().cloned().chain(hidden.iter().map(|text| (*text).into())).collect();
-    let scene = scene::load("annulus", &all).unwrap();
+    let set = vec!["model.kind=chain".to_owned()];
+    let made = settings.iter().map(|text| (*text).into());
+    let scene = scene::load("annulus", &set.iter().cloned().chain(made).collect::<Vec<String>>()).unwrap();
     let response = model::run(&scene, &mut |_| true).unwrap();
     bench.write("made.csv", table("velocity_mm_per_s", &response.pole_velocity, 1e3, 0.6));
     let motion = scene.drive.motion(1.0);
     let values = (0..8000).map(|index| motion.at(f64::from(index) * 1e-7).0).collect();
     bench.write("horn_tip.csv", table("displacement_um", &Series::new(0.0, 1e-7, values), 1e6, 1e-3));
     let record = RecordPlan { measured: bench.path("made.csv"), ..RecordPlan::default() };
-    let set = vec!["model.kind=chain".into()];
     let plan = Plan { record: vec![record], scene: Some("annulus".into()), set, ..Plan::default() };
     let fitted = Problem::read(&plan).unwrap().fit(Schedule::default()).unwrap();
     fitted.best().fit.clone()
@@ -427,8 +426,8 @@ fn fit_of_hidden(settings: &[&str], hidden: &[&str]) -> Fit {
 /// an α that is 20 % off consistent.
 #[test]
 fn a_waveform_that_no_run_explains_is_not_left_to_the_amplitudes() {
-    let drive = ["drive.amplitude=1e-6", "damping.coefficient=0.9273"];
-    let fit = fit_of_hidden(&drive, &["alpha=0.6567", "chain.gaps.contact1=100nm"]);
+    let gap = "chain.gaps.contact1=100nm";
+    let fit = fit_of_hidden(&["drive.amplitude=1e-6", "damping.coefficient=0.9273", "alpha=0.6567", gap]);
     assert!(!fit.verdict.explains(), "{:?}: {:?}", fit.verdict, fit.estimates);
 }
 
@@ -436,8 +435,8 @@ fn a_waveform_that_no_run_explains_is_not_left_to_the_amplitudes() {
 #[test]
 fn features_do_not_vouch_for_a_model_that_misses_the_first_cycles() {
     let drive = ["drive.kind=tone-burst", "drive.amplitude=1e-6", "drive.cycles=40", "drive.ring_up=130us"];
-    let hidden = ["damping.coefficient=0.3", "alpha=0.6", "support.stiffness_factor=0.7"];
-    let fit = fit_of_hidden(&drive, &hidden);
+    let bench = ["damping.coefficient=0.3", "alpha=0.6", "support.stiffness_factor=0.7"];
+    let fit = fit_of_hidden(&[&drive[..], &bench].concat());
     assert_eq!(fit.waveform.as_ref().map(WaveformFit::decides), Some(false));
     assert!(fit.agreement.p >= 0.05, "{}", fit.agreement.p);
     assert_eq!(fit.verdict, Verdict::Doubtful, "{:?}", fit.estimates);

@@ -11,7 +11,7 @@ use super::{
     diagnosis::Finding,
     fit::{Estimate, Fit, Verdict},
     parameter::{Parameter, Target},
-    waveform::{AGAIN, QUANTILE},
+    waveform::{QUANTILE, contradicts},
 };
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
@@ -165,7 +165,7 @@ pub struct WaveformOutcome {
 impl WaveformOutcome {
     /// Whether a waveform that did not decide misses even the few cycles that were compared: the verdict is `doubtful` at best.
     pub fn contradicts(&self) -> bool {
-        !self.decided && self.p_value < AGAIN
+        contradicts(self.decided, self.p_value)
     }
 
     /// Of a fit that has one.

@@ -33,6 +33,7 @@ use self::{
     start::Start,
 };
 use crate::{
+    agreement::OUTSIDE,
     discrepancy::Discrepancy,
     drive::HornNoise,
     estimate::Estimate,
@@ -101,8 +102,8 @@ pub(crate) const FEWEST_CYCLES: f64 = 6.0;
 /// Standard deviation in ln above which a normal distribution does not describe the answer.
 const WIDEST: f64 = 0.15;
 
-/// p below which a waveform does not fit, and the rounds are repeated from the amplitudes' answer.
-pub(crate) const AGAIN: f64 = 0.01;
+/// p below which the rounds are repeated from the amplitudes' answer.
+const AGAIN: f64 = 0.01;
 
 /// Further tries above the chain where none has p above that, and the T/N above which there are none: of thirty of these no try came near the record.
 const TRIES: u64 = 2;
@@ -137,7 +138,7 @@ impl WaveformFit {
 
     /// Whether a waveform that does not decide misses even the few cycles that are compared, so that the features alone cannot vouch for the model.
     pub(crate) fn contradicts(&self) -> bool {
-        !self.decides() && self.p < AGAIN
+        contradicts(self.decides(), self.p)
     }
 
     /// The crosstalk of the drive in record `number`, over its peak, and its standard deviation, where it is beyond doubt: the waveform decides and fits
@@ -172,6 +173,11 @@ impl WaveformFit {
         };
         parameters.iter().enumerate().map(estimate).collect()
     }
+}
+
+/// See [`WaveformFit::contradicts`].
+pub(crate) fn contradicts(decides: bool, p: f64) -> bool {
+    !decides && p < OUTSIDE
 }
 
 /// Mean and standard deviation of ln of the drive level: uniform within ± `drive`, minus the possible loss in the
