@@ -22,7 +22,7 @@ use super::{
     posterior::Posterior,
     search::Search,
     synthetic::with_law,
-    waveform::{self, Compared, WaveformFit},
+    waveform::{self, Compared, Purpose, WaveformFit},
 };
 use granchain_model::{
     self as model,
@@ -486,7 +486,7 @@ impl Case<'_> {
         let above = self.fit.waveform.as_ref().and_then(|waveform| waveform.difference.as_ref());
         let difference = above.map(|difference| Arc::new(difference.altered()));
         let compared = Compared { forward: &forward, noise: self.noise.clone(), trace: &trace, difference };
-        match waveform::fit(vec![compared], &elite, self.seed, false) {
+        match waveform::fit(vec![compared], &elite, self.seed, Purpose::Cause) {
             // What the waveform cannot be fitted with is no cause.
             None => None,
             // Nor what leaves more of a short window than runs do.

@@ -73,10 +73,6 @@ impl Verdict {
         }
     }
 
-    fn at_best_doubtful(self) -> Self {
-        if self == Self::WithinScatter { Self::Doubtful } else { self }
-    }
-
     pub fn explains(self) -> bool {
         self != Self::OutsideScatter
     }
@@ -175,10 +171,12 @@ impl Fit {
     }
 
     /// The same combined with the waveform's result. If the waveform decides, the answer is its own; amplitudes still
-    /// enter p.
+    /// enter p, as the waveform does if it does not decide.
     #[must_use]
     pub(crate) fn with_waveform(mut self, waveform: WaveformFit, training: &TrainingRuns, seed: u64) -> Self {
+        let mut moves = self.verdict == Verdict::NotConverged;
         if waveform.decides() {
+            moves = !waveform.settled;
             let training = training.clone().corrected(&self.discrepancy.shift, &self.discrepancy.nuggets);
             self.posterior = waveform.posterior(&self.parameters);
             self.most_likely.clone_from(&waveform.at);
@@ -193,11 +191,9 @@ impl Fit {
                 let each = local.deviation.iter().zip(&local.scatter);
                 self.deviations = each.map(|(deviation, scatter)| deviation / scatter).collect();
             }
-            self.agreement.p = waveform.with_amplitudes(self.agreement.p);
-            self.verdict = verdict(self.agreement.p, !waveform.settled, &self.estimates, &self.parameters);
-        } else if waveform.contradicts() {
-            self.verdict = self.verdict.at_best_doubtful();
         }
+        self.agreement.p = waveform.with_amplitudes(self.agreement.p);
+        self.verdict = verdict(self.agreement.p, moves, &self.estimates, &self.parameters);
         self.waveform = Some(waveform);
         self
     }

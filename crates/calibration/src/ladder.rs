@@ -24,7 +24,7 @@ use super::{
     refusal::Refusal,
     run_store::RunFile,
     search::Search,
-    waveform::{self, Compared, QUANTILE, WaveformBound},
+    waveform::{self, Compared, Purpose, QUANTILE, WaveformBound},
 };
 use granchain_model::scene::Scene;
 
@@ -169,7 +169,9 @@ pub(super) fn fit_levels(
         Ok(fit) if !made.fidelities.is_empty() => fit,
         fit => {
             let fit = match problem.likelihood {
-                Likelihood::Waveform => fit.map(|fit| with_waveform(problem, &made.joint, &search, fit, false)),
+                Likelihood::Waveform => {
+                    fit.map(|fit| with_waveform(problem, &made.joint, &search, fit, Purpose::Answer))
+                }
                 Likelihood::Amplitudes => fit,
             };
             if !watch(0) {
@@ -281,13 +283,13 @@ fn compared<'a>(recorded_run: &'a RecordedRun, forward: &'a Forward) -> Option<C
 }
 
 /// A fit on the chain combined with the waveforms of its records, if all have one.
-fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit, scouting: bool) -> Fit {
+fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: Fit, purpose: Purpose) -> Fit {
     let compared =
         problem.recorded_runs.iter().zip(&joint.records).map(|(recorded_run, forward)| compared(recorded_run, forward));
     let training = search.training(search.runs.len());
     let known = fit.elite(&training);
     let records = compared.collect::<Option<Vec<_>>>();
-    match records.and_then(|records| waveform::fit(records, &known, problem.seed, scouting)) {
+    match records.and_then(|records| waveform::fit(records, &known, problem.seed, purpose)) {
         Some(waveform) => fit.with_waveform(waveform, &training, problem.seed),
         None => fit,
     }
@@ -303,7 +305,7 @@ fn by_waveform(
     fit: &Fit,
     fresh: impl Fn() -> Correction,
 ) -> Option<(Fit, Correction)> {
-    let chain = with_waveform(problem, joint, search, fit.clone(), true);
+    let chain = with_waveform(problem, joint, search, fit.clone(), Purpose::Start);
     let found = chain.waveform.as_ref().filter(|waveform| waveform.decides())?;
     let deviation = |d: usize| found.covariance[d][d].sqrt().max(LEVELS_APART);
     let deviations: Vec<f64> = (0..found.at.len()).map(deviation).collect();

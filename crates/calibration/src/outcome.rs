@@ -163,7 +163,7 @@ pub struct WaveformOutcome {
 }
 
 impl WaveformOutcome {
-    /// Whether a waveform that did not decide misses even the few cycles that were compared: the verdict is `doubtful` at best.
+    /// Whether a waveform that did not decide misses even the few cycles that were compared: the verdict is not `within scatter`.
     pub fn contradicts(&self) -> bool {
         contradicts(self.decided, self.p_value)
     }

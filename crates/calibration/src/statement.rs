@@ -151,14 +151,9 @@ fn waveform(waveform: &WaveformFit) -> String {
             none if *cycles < 0.5 => format!("Not even the first {none} after the onset can be predicted; there"),
             part => format!("Only the first {part} after the onset can be predicted; after that"),
         };
-        let used = if waveform.contradicts() {
-            "The model does not fit there, so the result is doubtful at best: compare the first cycles in the figure of the velocity"
-        } else {
-            "It is not used"
-        };
         return format!(
             "{part}, runs with slightly different gaps and noise diverge. Therefore the features were fitted, not the waveform. The p of the waveform in \
-             this part is {p}. {used}."
+             this part is {p}. The p of the verdict is the smaller of ten times this and the p of the features."
         );
     }
     let times = if *reduced < 10.0 { format!("{reduced:.2}") } else { format!("{reduced:.0}") };

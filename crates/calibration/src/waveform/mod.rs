@@ -33,7 +33,7 @@ use self::{
     start::Start,
 };
 use crate::{
-    agreement::OUTSIDE,
+    agreement::DOUBTFUL,
     discrepancy::Discrepancy,
     drive::HornNoise,
     estimate::Estimate,
@@ -102,8 +102,12 @@ pub(crate) const FEWEST_CYCLES: f64 = 6.0;
 /// Standard deviation in ln above which a normal distribution does not describe the answer.
 const WIDEST: f64 = 0.15;
 
-/// p below which the rounds are repeated from the amplitudes' answer.
+/// Factor on the p of a waveform that does not decide, in the verdict.
+const FIRST_CYCLES: f64 = 10.0;
+
+/// p below which the rounds are repeated from the amplitudes' answer, and then after another search: where runs diverge early, one may miss the record.
 const AGAIN: f64 = 0.01;
+const SEARCHES: u64 = 2;
 
 /// Further tries above the chain where none has p above that, and the T/N above which there are none: of thirty of these no try came near the record.
 const TRIES: u64 = 2;
@@ -136,23 +140,23 @@ impl WaveformFit {
         narrow && (self.whole || self.cycles >= FEWEST_CYCLES)
     }
 
-    /// Whether a waveform that does not decide misses even the few cycles that are compared, so that the features alone cannot vouch for the model.
-    pub(crate) fn contradicts(&self) -> bool {
-        contradicts(self.decides(), self.p)
-    }
-
-    /// The crosstalk of the drive in record `number`, over its peak, and its standard deviation, where it is beyond doubt: the waveform decides and fits
-    /// (p ≥ 0.01), and the share is above 0.2 % and 4 standard deviations.
+    /// The crosstalk of the drive in record `number`, over its peak, and its standard deviation, where it is beyond doubt: the waveform decides, has
+    /// settled and fits (p ≥ 0.01), and the share is above 0.2 % and 4 standard deviations.
     #[must_use]
     pub fn crosstalk(&self, number: usize) -> Option<[f64; 2]> {
         let found = self.residuals.get(number)?.crosstalk;
-        (self.decides() && self.p >= FITS && found[0] > f64::max(NAMED.0, NAMED.1 * found[1])).then_some(found)
+        (self.decides() && self.settled && self.p >= FITS && found[0] > f64::max(NAMED.0, NAMED.1 * found[1]))
+            .then_some(found)
     }
 
     /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has
-    /// drop-outs.
+    /// drop-outs. Of a waveform that does not decide ten times its p counts, so that it rejects one right record in a thousand.
     pub(crate) fn with_amplitudes(&self, p: f64) -> f64 {
-        if self.left_out > 0 { self.p } else { (2.0 * p.min(self.p)).min(1.0) }
+        match self.left_out {
+            _ if !self.decides() => p.min(FIRST_CYCLES * self.p),
+            0 => (2.0 * p.min(self.p)).min(1.0),
+            _ => self.p,
+        }
     }
 
     /// The posterior of the parameters: a normal distribution of their logarithms.
@@ -175,9 +179,9 @@ impl WaveformFit {
     }
 }
 
-/// See [`WaveformFit::contradicts`].
+/// Whether a waveform that does not decide misses even the few cycles that are compared, so that the features alone cannot vouch for the model.
 pub(crate) fn contradicts(decides: bool, p: f64) -> bool {
-    !decides && p < OUTSIDE
+    !decides && FIRST_CYCLES * p < DOUBTFUL
 }
 
 /// Mean and standard deviation of ln of the drive level: uniform within ± `drive`, minus the possible loss in the
@@ -191,22 +195,37 @@ fn level(Uncertainty { drive, droop, .. }: Uncertainty) -> (f64, f64) {
     (mean, (drive * drive / 3.0 + variance.max(0.0)).sqrt())
 }
 
+/// What the fit of a waveform on the chain is for.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Purpose {
+    /// The start of a fit above the chain: without the final rounds and the correction for a finer step.
+    Start,
+    /// The p of a cause: with one search.
+    Cause,
+    /// The answer.
+    Answer,
+}
+
 /// The fit of the waveforms of all records on the chain, whose search on amplitudes knows `known` (unit coordinates, the best first). `None` where a
-/// record has no waveform that can be compared, or nothing comes of it. `scouting`: without the final rounds and without the correction for a finer step,
-/// as a model above needs it.
-pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, scouting: bool) -> Option<WaveformFit> {
+/// record has no waveform that can be compared, or nothing comes of it.
+pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, purpose: Purpose) -> Option<WaveformFit> {
     let source = |compared| source(compared, None);
     let sources = Sources::new(records.into_iter().map(source).collect::<Option<Vec<_>>>()?);
-    let [found, own] = start::search(&sources, known, seed)?;
-    let about = |start| {
+    let about = |start, seed| {
         let rounds = Rounds::about(sources.clone(), start, seed);
-        result_of(&run(if scouting { rounds.scouting() } else { rounds })?)
+        result_of(&run(if purpose == Purpose::Start { rounds.scouting() } else { rounds })?)
     };
-    let first = about(found);
-    if first.as_ref().is_some_and(|fit| fit.p >= AGAIN) {
-        return first;
+    let mut best = None;
+    for number in 0..if purpose == Purpose::Answer { SEARCHES } else { 1 } {
+        let seed = seed.wrapping_add(number);
+        for start in start::search(&sources, known, seed)? {
+            best = better(best, about(start, seed));
+            if best.as_ref().is_some_and(|fit| fit.p >= AGAIN) || !sources.goes_on() {
+                return best;
+            }
+        }
     }
-    better(first, about(own))
+    best
 }
 
 /// The same on a model above the chain, whose amplitudes say where the answer lies (unit coordinates) and the standard deviations of it (ln).

@@ -84,11 +84,17 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
 
 /// Where the record stands, and by what.
 fn decided(law: &Law<'_>) -> String {
-    let waveform = law.fit.waveform.as_ref().filter(|waveform| waveform.decided);
+    let waveform = law.fit.waveform.as_ref();
     format!(
         "{} Below 5 % the model is doubtful, below 1 % it is rejected (outside scatter). The figure shows the features that were compared, with \
          their residuals after the fit.{}",
         match waveform {
+            Some(waveform) if !waveform.decided => format!(
+                "p is {}: the smaller of the share of simulated records whose features fit as badly as these or worse, and ten times the share whose first \
+                 cycles do ({}).",
+                share(law.fit.p_value),
+                share(waveform.p_value)
+            ),
             Some(waveform) if waveform.left_out == 0 => format!(
                 "p is {}: 2 × the smaller of two shares of simulated records that fit as badly as this one or worse, by the waveform ({}) and by the \
                  features, at most 100 %.",
@@ -100,13 +106,11 @@ fn decided(law: &Law<'_>) -> String {
                 share(law.fit.p_value)
             ),
         },
-        match contradicting(law) {
-            _ if waveform.is_some() => " The parameters were fitted to the waveform; the features only enter p.".into(),
-            Some(waveform) => format!(
-                " The first cycles of the waveform do not fit ({}): the verdict is doubtful at best.",
-                share(waveform.p_value)
-            ),
-            None => String::new(),
+        match waveform {
+            Some(waveform) if waveform.decided =>
+                " The parameters were fitted to the waveform; the features only enter p.",
+            Some(waveform) if waveform.contradicts() => " The first cycles of the waveform do not fit.",
+            _ => "",
         }
     )
 }
@@ -221,11 +225,6 @@ fn values(law: &Law<'_>, intervals: bool) -> String {
     values.join(" and ")
 }
 
-/// The waveform, if it did not decide but its first cycles do not fit.
-fn contradicting<'a>(law: &'a Law<'_>) -> Option<&'a WaveformOutcome> {
-    law.fit.waveform.as_ref().filter(|waveform| waveform.contradicts())
-}
-
 fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
     let leaning: Vec<&str> =
         law.parameters.iter().filter(|parameter| parameter.at_bound).map(|parameter| parameter.symbol).collect();
@@ -245,8 +244,8 @@ fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
     let p = law.fit.p_value;
     let p = if p < 1e-3 { "below 0.001".into() } else { format!("= {}", significant(p, 2)) };
     let (explains, deviates) = match verdict {
-        Verdict::Doubtful if law.fit.p_value >= DOUBTFUL && contradicting(law).is_some() => {
-            ("hardly explains", "the features agree, but the first cycles of the waveform do not")
+        Verdict::Doubtful if law.fit.waveform.as_ref().is_some_and(WaveformOutcome::contradicts) => {
+            ("hardly explains", "the first cycles of the waveform do not agree")
         }
         Verdict::Doubtful => ("hardly explains", "the record deviates more than most runs of the model do"),
         _ => ("explains", "the deviations are no larger than between runs of the model"),
