@@ -28,7 +28,7 @@ pub use self::residual::Residual;
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 use self::{
     record::RecordTrace,
-    rounds::{Answer, Rounds},
+    rounds::{Answer, LOST, Rounds},
     source::{Source, Sources},
     start::Start,
 };
@@ -220,7 +220,9 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, purpose
         let seed = seed.wrapping_add(number);
         for start in start::search(&sources, known, seed)? {
             best = better(best, about(start, seed));
-            if best.as_ref().is_some_and(|fit| fit.p >= AGAIN) || !sources.goes_on() {
+            // Far from the record p says little: the runs differ as much from each other.
+            let fits = |fit: &WaveformFit| fit.p >= AGAIN && (purpose != Purpose::Answer || fit.reduced <= LOST);
+            if best.as_ref().is_some_and(fits) || !sources.goes_on() {
                 return best;
             }
         }

@@ -42,7 +42,7 @@ const SEARCHED: usize = 4;
 
 /// T/N above which a round's mean trace is not usable, the number of such rounds after which the search gives up, and
 /// the runs whose spread the next round takes.
-const LOST: f64 = 4.0;
+pub(super) const LOST: f64 = 4.0;
 const HOPELESS: usize = 4;
 const BEST: usize = 12;
 
@@ -229,10 +229,15 @@ impl Rounds {
         self.sources.known()
     }
 
+    /// Whether only final rounds follow.
+    fn closes(&self) -> bool {
+        self.settled || self.rounds >= MOST || self.lost >= HOPELESS
+    }
+
     /// Makes and solves one round, and chooses the next. `None` if it has no solution.
     fn advance(&mut self) -> Option<()> {
         let ensemble = self.make()?;
-        let closing = self.settled || self.rounds >= MOST;
+        let closing = self.closes();
         let mut solution = ensemble.solve(&self.known(), &self.shifts, !closing)?;
         if self.rounds >= 1 && solution.reduced() < FITTING {
             // With the runs of the rounds before that lie near.
@@ -266,8 +271,12 @@ impl Rounds {
                 self.clean(&ensemble, whole, false)?;
             }
         }
-        let closing = self.settled || self.rounds >= MOST;
-        self.lost = if solution.reduced() > LOST { self.lost + 1 } else { 0 };
+        if solution.reduced() > LOST {
+            self.lost += 1;
+        } else if self.lost < HOPELESS {
+            self.lost = 0;
+        }
+        let closing = self.closes();
         if solution.reduced() > LOST && !closing {
             self.search_on(&ensemble, &solution);
         } else {
@@ -418,8 +427,7 @@ impl Solver<(), SearchState> for Rounds {
     }
 
     fn terminate(&mut self, _state: &SearchState) -> TerminationStatus {
-        let closed = self.closing >= CLOSING || self.scouting && (self.settled || self.rounds >= MOST);
-        if self.failed || closed || self.lost >= HOPELESS {
+        if self.failed || self.closing >= CLOSING || self.scouting && self.closes() {
             TerminationStatus::Terminated(TerminationReason::SolverConverged)
         } else {
             TerminationStatus::NotTerminated
