@@ -18,7 +18,7 @@ const PREDICTABLE: f64 = 0.1;
 const LEAST_CYCLES: usize = 4;
 
 /// Cycles before its onset that are compared too.
-const BEFORE: usize = 4;
+pub(super) const BEFORE: usize = 4;
 
 /// Cycles at the end of record and run that are left out because of the filters.
 const EDGE: usize = 1;

@@ -21,6 +21,10 @@ const SPARE: usize = 10;
 /// Periods by which a record is continued at either end before it is shifted.
 const CONTINUED: usize = 3;
 
+/// Rms of a cycle over the noise from which it counts as motion, and the most such cycles before the onset.
+const MOTION: f64 = 3.0;
+const RISING: usize = 24;
+
 /// A record of [`SAMPLES_PER_CYCLE`] samples a drive period, low-passed.
 #[derive(Debug, Clone)]
 pub(super) struct RecordTrace {
@@ -28,6 +32,8 @@ pub(super) struct RecordTrace {
     /// Instant of its first sample, s.
     start: f64,
     pub onset: usize,
+    /// Samples before its onset in which it moves already.
+    pub rise: usize,
     pub peak: f64,
     /// Standard deviation of a sample of white noise that has the density of the record's up to half the sample rate, m/s.
     pub sigma: f64,
@@ -92,6 +98,7 @@ impl RecordTrace {
             step: trace.step,
             start: trace.start,
             onset,
+            rise: rise(&values[..onset], MOTION * sigma),
             peak,
             sigma,
             band: (comparison.cutoff / half).min(1.0),
@@ -186,6 +193,13 @@ impl RecordTrace {
         };
         ((0..count).map(value).collect(), (0..count).map(valid).collect())
     }
+}
+
+/// Samples at the end of a record's beginning, in whole cycles, whose rms is above `least` without a pause.
+fn rise(beginning: &[f64], least: f64) -> usize {
+    let cycles = beginning.rchunks_exact(SAMPLES_PER_CYCLE).take(RISING);
+    let moves = |cycle: &&[f64]| cycle.iter().map(|v| v * v).sum::<f64>() > least * least * cycle.len() as f64;
+    SAMPLES_PER_CYCLE * cycles.take_while(moves).count()
 }
 
 /// A trace filtered so that noise of density w (1 + corner/f) becomes white: gain 1/√(1 + corner/f), zero phase.

@@ -9,7 +9,7 @@ use super::{
     BETWEEN,
     columns::Nuisances,
     difference::{Difference, Mesh, differences},
-    ensemble::{Known, beside},
+    ensemble::{BEFORE, Known, beside},
     record::{RecordTrace, whitened},
     rounds::diagonal,
     start::Start,
@@ -418,11 +418,13 @@ pub(crate) fn pairs_before(number: u64) -> Option<u64> {
     Some(own / BETWEEN * pairs + (own % BETWEEN).min(pairs))
 }
 
-/// Least mean square of record minus run over six cycles from the record's onset, over the record's own, for any
+/// Least mean square of record minus run over six cycles from the record's onset, and a slow rise before it, over the record's own, for any
 /// alignment; and the sample of the record at the run's first there.
 pub(super) fn misfit(record: &RecordTrace, run: &[f64]) -> (f64, f64) {
     const COMPARED: usize = 6;
-    let before = SAMPLES_PER_CYCLE.min(record.onset);
+    // A beginning that is not compared tells where a record lies whose motion repeats after two periods or three.
+    let rise = if record.rise > BEFORE * SAMPLES_PER_CYCLE { record.rise } else { 0 };
+    let before = (rise + SAMPLES_PER_CYCLE).min(record.onset);
     let (window, valid) = record.around_onset(before, COMPARED * SAMPLES_PER_CYCLE);
     let weights: Vec<f64> = valid.iter().map(|valid| f64::from(u8::from(*valid))).collect();
     let own: f64 = window.iter().zip(&weights).map(|(y, weight)| weight * y * y).sum();
