@@ -105,9 +105,10 @@ const WIDEST: f64 = 0.15;
 /// Factor on the p of a waveform that does not decide, in the verdict.
 const FIRST_CYCLES: f64 = 10.0;
 
-/// p below which the rounds are repeated from the amplitudes' answer, and then after another search: where runs diverge early, one may miss the record.
+/// p below which the rounds are repeated from the amplitudes' answer, and then after further searches: of a waveform that decides, and of another, whose
+/// runs diverge so early that a search may miss the record.
 const AGAIN: f64 = 0.01;
-const SEARCHES: u64 = 2;
+const SEARCHES: [u64; 2] = [2, 4];
 
 /// Further tries above the chain where none has p above that, and the T/N above which there are none: of thirty of these no try came near the record.
 const TRIES: u64 = 2;
@@ -215,8 +216,11 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, purpose
         let rounds = Rounds::about(sources.clone(), start, seed);
         result_of(&run(if purpose == Purpose::Start { rounds.scouting() } else { rounds })?)
     };
-    let mut best = None;
-    for number in 0..if purpose == Purpose::Answer { SEARCHES } else { 1 } {
+    let mut best: Option<WaveformFit> = None;
+    for number in 0..if purpose == Purpose::Answer { SEARCHES[1] } else { 1 } {
+        if number == SEARCHES[0] && best.as_ref().is_none_or(WaveformFit::decides) {
+            break;
+        }
         let seed = seed.wrapping_add(number);
         for start in start::search(&sources, known, seed)? {
             best = better(best, about(start, seed));
