@@ -241,16 +241,13 @@ fn continued(values: &[f64], index: isize, padding: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::source::misfit, *};
     use granchain_signal::feature::{
         Measurand,
         fingerprint::{FeatureSet, Fingerprint},
     };
 
-    #[test]
-    fn a_record_is_shifted_by_parts_of_a_sample() {
-        let tone = |t: f64| libm::sin(0.9 * t) * libm::exp(-((t - 300.0) / 90.0).powi(2));
-        let trace = Series::new(0.0, 1.0, (0..900).map(|i| tone(i as f64)).collect());
+    fn record(values: impl Iterator<Item = f64>, masked: Vec<Gap>) -> RecordTrace {
         let reduction = Reduction::Fingerprint(
             Fingerprint::of(Measurand::Velocity, FeatureSet::Full, (0.1, 1.0), 14, 1.0).unwrap(),
         );
@@ -259,7 +256,7 @@ mod tests {
             bandwidth: None,
             passband: None,
             clipped: [None; 2],
-            masked: vec![Gap { from: 50.0, to: 52.0, support: 1.0 }],
+            masked,
             sampling: 1.0,
             noise_density: 0.0,
             flicker: 0.0,
@@ -273,7 +270,34 @@ mod tests {
             power: 1.0,
             sensitivity: 0.0,
         };
-        let record = RecordTrace::of(&trace, &comparison).unwrap();
+        RecordTrace::of(&Series::new(0.0, 1.0, values.collect()), &comparison).unwrap()
+    }
+
+    #[test]
+    fn a_run_that_begins_to_move_sooner_than_the_record_is_worse() {
+        // Cycles of quiet, of a slow rise, and of a motion that repeats after two of them.
+        let motion = |quiet: usize, rise: usize| {
+            let amplitude = move |t: usize| match t / SAMPLES_PER_CYCLE {
+                cycle if cycle < quiet => 0.0,
+                cycle if cycle < quiet + rise => 0.05,
+                _ => 1.0,
+            };
+            let tone = move |t: usize| {
+                libm::sin(std::f64::consts::PI * (t % (2 * SAMPLES_PER_CYCLE)) as f64 / SAMPLES_PER_CYCLE as f64)
+            };
+            (0..40 * SAMPLES_PER_CYCLE).map(move |t| amplitude(t) * tone(t))
+        };
+        let record = record(motion(10, 10), vec![]);
+        let [right, sooner] = [10, 12].map(|rise| misfit(&record, &motion(2, rise).collect::<Vec<f64>>()));
+        assert!(right.0 < 1e-12 && (right.1 - 320.0).abs() < 0.01, "{right:?}");
+        assert!(sooner.0 > 1e-4, "{sooner:?}");
+    }
+
+    #[test]
+    fn a_record_is_shifted_by_parts_of_a_sample() {
+        let tone = |t: f64| libm::sin(0.9 * t) * libm::exp(-((t - 300.0) / 90.0).powi(2));
+        let masked = vec![Gap { from: 50.0, to: 52.0, support: 1.0 }];
+        let record = record((0..900).map(|i| tone(i as f64)), masked);
         let (values, valid) = record.shifted(-7.3, 500);
         for (i, value) in values.iter().enumerate().skip(20) {
             assert!((value - tone(i as f64 - 7.3)).abs() < 1e-6, "{i}");
