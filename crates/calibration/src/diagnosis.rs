@@ -21,6 +21,7 @@ use super::{
     parameter::Parameter,
     posterior::Posterior,
     search::Search,
+    statement::p_value,
     synthetic::with_law,
     waveform::{self, Compared, Purpose, WaveformFit},
 };
@@ -190,8 +191,8 @@ impl Case<'_> {
         let p = if self.worth(p) { self.predicted(p, &comparison, -1.0)? } else { p };
         let text = format!(
             "the record's sign: with invert=true p is {}, as read {}; velocities are positive from piston to support",
-            shown(p),
-            shown(self.fit.agreement.p)
+            p_value(p),
+            p_value(self.fit.agreement.p)
         );
         self.worth(p).then(|| Finding::new(Cause::Sign, Some(p), text))
     }
@@ -208,8 +209,8 @@ impl Case<'_> {
             "a factor of {factor:.3} on all amplitudes (its peak is {}): with it p is {}, without {}; check the unit of the \
              column and the sensitivity (--unit, --scale)",
             self.peak(),
-            shown(p),
-            shown(self.fit.agreement.p)
+            p_value(p),
+            p_value(self.fit.agreement.p)
         );
         self.worth(p).then(|| Finding::new(Cause::Scale, Some(p), text))
     }
@@ -234,8 +235,8 @@ impl Case<'_> {
             "amplitudes {factor} times as large as they should be (the peak is {}): without that factor p is {}, as read {}; check the \
              unit of the column and the sensitivity (--unit, --scale)",
             self.peak(),
-            shown(p),
-            shown(self.fit.agreement.p)
+            p_value(p),
+            p_value(self.fit.agreement.p)
         );
         Some(Finding::new(Cause::Scale, Some(p), text))
     }
@@ -249,8 +250,8 @@ impl Case<'_> {
         let (p, _) = self.search(self.scene, None, &comparison, 1.0)?;
         let text = format!(
             "a mean of several shots (averages=N): with means of {SHOTS} p is {}, without {}",
-            shown(p),
-            shown(self.fit.agreement.p)
+            p_value(p),
+            p_value(self.fit.agreement.p)
         );
         self.worth(p).then(|| Finding::new(Cause::Averages, Some(p), text))
     }
@@ -263,8 +264,12 @@ impl Case<'_> {
         });
         let mut found: Vec<Finding> = Vec::new();
         for (cause, p, values, describe) in searched.into_iter().flatten() {
-            let text =
-                format!("{}: with it p is {}, without {}", describe(&values), shown(p), shown(self.fit.agreement.p));
+            let text = format!(
+                "{}: with it p is {}, without {}",
+                describe(&values),
+                p_value(p),
+                p_value(self.fit.agreement.p)
+            );
             let finding = Finding::new(cause, Some(p), text);
             match found.iter_mut().find(|known| known.cause == cause) {
                 Some(known) if known.p_value < finding.p_value => *known = finding,
@@ -543,8 +548,4 @@ struct Judgement {
     p: f64,
     /// Factor of the record over the expected amplitudes.
     factor: Option<f64>,
-}
-
-fn shown(p: f64) -> String {
-    if p < 1e-3 { "below 0.001".into() } else { format!("{p:.2}") }
 }

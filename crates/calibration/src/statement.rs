@@ -138,14 +138,19 @@ pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
     .collect()
 }
 
-/// Statement on the waveform comparison, and whether it decided.
-fn waveform(waveform: &WaveformFit) -> String {
-    let WaveformFit { cycles, reduced, p, .. } = waveform;
-    let p = match *p {
+/// A p-value as text.
+pub(crate) fn p_value(p: f64) -> String {
+    match p {
         p if p < 1e-3 => "below 0.001".into(),
         p if p < 1e-2 => format!("{p:.3}"),
         p => format!("{p:.2}"),
-    };
+    }
+}
+
+/// Statement on the waveform comparison, and whether it decided.
+fn waveform(waveform: &WaveformFit) -> String {
+    let WaveformFit { cycles, reduced, p, .. } = waveform;
+    let p = p_value(*p);
     if !waveform.decides() {
         let part = match periods(*cycles) {
             none if *cycles < 0.5 => format!("Not even the first {none} after the onset can be predicted; there"),
