@@ -431,11 +431,11 @@ fn a_waveform_that_no_run_explains_is_not_left_to_the_amplitudes() {
     assert!(!fit.verdict.explains(), "{:?}: {:?}", fit.verdict, fit.estimates);
 }
 
-/// Of a support that is 30 % softer no run predicts six cycles, and features alone explain the record with an α that is half too large.
+/// Of a support that is 30 % softer no run predicts six cycles, and features alone explain the record.
 #[test]
 fn the_first_cycles_reject_a_model_that_the_features_would_explain() {
     let drive = ["drive.kind=tone-burst", "drive.amplitude=1e-6", "drive.cycles=40", "drive.ring_up=130us"];
-    let bench = ["damping.coefficient=0.3", "alpha=0.6", "support.stiffness_factor=0.7"];
+    let bench = ["damping.coefficient=0.2", "alpha=0.386", "support.stiffness_factor=0.7"];
     let fit = fit_of_hidden(&[&drive[..], &bench].concat());
     assert_eq!(fit.waveform.as_ref().map(WaveformFit::decides), Some(false));
     let [features] = fit.agreement.records[..] else { panic!("{:?}", fit.agreement) };

@@ -224,7 +224,6 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, purpose
         let seed = seed.wrapping_add(number);
         for start in start::search(&sources, known, seed)? {
             best = better(best, about(start, seed));
-            // Far from the record p says little: the runs differ as much from each other.
             let fits = |fit: &WaveformFit| fit.p >= AGAIN && (purpose != Purpose::Answer || fit.reduced <= LOST);
             if best.as_ref().is_some_and(fits) || !sources.goes_on() {
                 return best;
@@ -285,9 +284,11 @@ fn turns(sources: &Sources, mut start: Start, seed: u64) -> Option<WaveformFit> 
     None
 }
 
+/// The fit with the larger p. Far from the record, where runs differ as much from each other, the nearer one.
 fn better(first: Option<WaveformFit>, again: Option<WaveformFit>) -> Option<WaveformFit> {
+    let rank = |fit: &WaveformFit| if fit.reduced <= LOST { fit.p } else { -fit.reduced };
     match (first, again) {
-        (Some(first), Some(again)) => Some(if first.p < again.p { again } else { first }),
+        (Some(first), Some(again)) => Some(if rank(&first) < rank(&again) { again } else { first }),
         (first, again) => first.or(again),
     }
 }
