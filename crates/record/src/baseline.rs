@@ -16,10 +16,16 @@ const QUIET_RMS: f64 = 0.05;
 /// Share of the variance of quiet samples that lines of the drive may explain. In 35 samples of white noise, 13
 /// unknowns explain a third.
 const MOVED_SHARE: f64 = 0.6;
-/// Largest rms of the later half of quiet samples, in rms of the earlier half.
-const QUIET_GROWTH: f64 = 2.0;
-/// The same for samples without a trigger, in standard errors of noise alone.
-const GROWN: f64 = 1.5;
+/// Chance that a window of noise alone counts as motion.
+const BY_CHANCE: f64 = 1e-4;
+/// The same in standard deviations.
+const SIGMAS: f64 = 3.7;
+/// Samples of noise as correlated as behind a vibrometer's filter that count as one.
+const CORRELATED: f64 = 4.0;
+/// Windows left out before the first that moves.
+const MARGIN: f64 = 1.5;
+/// Windows of a record whose drive frequency is unknown.
+const WINDOWS: usize = 64;
 
 /// Fewest samples that can be recognised as white noise.
 const FEWEST_LOUD: usize = 64;
@@ -38,14 +44,12 @@ pub(super) fn median(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// Number of quiet samples at the start of a record.
+/// Number of quiet samples at the start of a record: those before the trigger if motion begins there or somewhat later.
 ///
-/// The candidates are the samples before the trigger. Without a trigger, or if they are not quiet (a burst that begins
-/// before its trigger), the candidates are the samples before the first departure by a tenth of the peak, and ever
-/// shorter parts of them, to avoid a slow ring-up. Candidates are quiet if there are at least 8, their rms about their
-/// mean is below 5 % of the record's peak, and the later half has at most twice the rms of the earlier half. In a
-/// record without a trigger they must also cross their mean at least four times, or differ only by the resolution: the
-/// start of a finely sampled cycle does neither.
+/// Samples are quiet until their scatter or their line of the drive grows ([`first_motion`]). Their rms about their mean
+/// is below 5 % of the record's peak, or they are white noise. Without a trigger they must also be no motion from the
+/// first sample on: no line of the drive explains them; if the drive's frequency is unknown, they cross their mean at
+/// least four times or differ only by the resolution. The start of a finely sampled cycle does neither.
 pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f64>) -> usize {
     let median = median(values);
     let peak = values.iter().fold(0.0, |peak, x| f64::max(peak, (x - median).abs()));
@@ -55,55 +59,69 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
         .filter(|step| *step > 0.0)
         .fold(f64::INFINITY, f64::min)
         .min(peak);
-    let is_quiet = |count: usize, growth: f64| {
-        if count < FEWEST_QUIET {
-            return false;
-        }
-        let (mean, rms) = mean_and_rms(&values[..count]);
-        let about = |part: &[f64]| (part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt();
-        let (early, late) = values[..count].split_at(count / 2);
-        rms <= QUIET_RMS * peak && about(late) <= growth * about(early) + smallest_step
-    };
-    if is_quiet(before_trigger, QUIET_GROWTH) {
-        return before_trigger;
-    }
-    // Two halves of noise differ by √(2/n) in the logarithm of their rms; what first arrives swells slowly, and is not noise.
-    let growth = |count: usize| (GROWN * (2.0 / count.max(1) as f64).sqrt()).exp().min(QUIET_GROWTH);
-    if before_trigger >= FEWEST_LOUD && is_loud_noise(&values[..before_trigger], period) {
-        return before_trigger;
-    }
-    let level = values.iter().take(FEWEST_QUIET).sum::<f64>() / FEWEST_QUIET.min(values.len()).max(1) as f64;
-    let onset = values.iter().position(|x| (x - level).abs() > 0.1 * peak).unwrap_or(0);
-    let wavers = |count: usize| {
-        let (mean, rms) = mean_and_rms(&values[..count]);
-        let crossings = values[..count].windows(2).filter(|pair| (pair[0] > mean) != (pair[1] > mean)).count();
-        rms <= smallest_step || crossings >= 4
-    };
-    // The first cycles of a slow envelope are small, and motion.
-    let moves = |count: usize| {
+    let (still, moving) = first_motion(values, period, smallest_step);
+    let is_quiet = |count: usize| {
         let lead = &values[..count];
-        let with_the_drive = |period: f64| {
-            (count as f64) < 0.5 * period
-                || line_share(lead, period) > MOVED_SHARE
-                || stirs(lead, period, smallest_step)
-        };
-        period.is_some_and(with_the_drive)
-            || roughness(lead).is_some_and(|(rough, rms)| rms > smallest_step && rough < SMOOTH)
+        let (mean, rms) = mean_and_rms(lead);
+        if rms > QUIET_RMS * peak || count < FEWEST_QUIET {
+            return count >= FEWEST_LOUD && is_loud_noise(lead, period);
+        }
+        // The first cycles of a slow envelope are small, and motion.
+        count == before_trigger
+            || period.map_or_else(
+                || {
+                    let crossings = lead.windows(2).filter(|pair| (pair[0] > mean) != (pair[1] > mean)).count();
+                    rms <= smallest_step || crossings >= 4 && roughness(lead).is_some_and(|(rough, _)| rough > SMOOTH)
+                },
+                |period| {
+                    count as f64 >= 0.5 * period
+                        && line_share(lead, period) < MOVED_SHARE
+                        && !stirs(lead, period, smallest_step)
+                },
+            )
     };
-    [0.8, 0.6, 0.45, 0.3, 0.2]
-        .iter()
-        .map(|part| (onset as f64 * part) as usize)
-        .find(|&count| is_quiet(count, growth(count)) && wavers(count) && !moves(count))
-        .unwrap_or(0)
+    let begins = (still.div_ceil(2)..=moving).contains(&before_trigger);
+    let candidates = [if begins { before_trigger } else { still }, before_trigger.min(moving)];
+    candidates.into_iter().find(|count| is_quiet(*count)).unwrap_or(0)
 }
 
-/// Whether samples are white noise of any level: equally strong in both halves, rough, without a line of the drive.
+/// Number of samples clearly before the first motion, and to the end of the window in which it begins. Of each window of one drive period the scatter about a straight line and
+/// the line of the drive are compared with those of the windows before it. Motion are two windows in succession that
+/// exceed them by more than noise does. Toggling between two steps of a converter is no motion. (0, all) if no window
+/// exceeds those before it: what is steady from the first sample on may be motion.
+fn first_motion(values: &[f64], period: Option<f64>, step: f64) -> (usize, usize) {
+    let window = period.map_or(values.len() / WINDOWS, |period| period.round() as usize).max(FEWEST_QUIET);
+    let samples = window as f64;
+    let turn = 2.0 * PI / period.unwrap_or(samples);
+    let (mut quiet, mut scatter, mut line, mut moving) = (0.0, 0.0, 0.0, 0.0);
+    for (k, part) in values.chunks_exact(window).enumerate() {
+        let variance = roughness(part).map_or(0.0, |(_, rms)| rms * rms);
+        let mean = part.iter().sum::<f64>() / samples;
+        let sum = |phase: f64| {
+            let wave = |i: usize| libm::cos(turn * i as f64 + phase);
+            part.iter().enumerate().map(|(i, x)| (x - mean) * wave(i)).sum::<f64>()
+        };
+        let squared = (4.0 / (samples * samples)) * (sum(0.0).powi(2) + sum(0.5 * PI).powi(2));
+        let scattered = f64::max(scatter / quiet, 0.25 * step * step);
+        let lined = f64::max(line / quiet, 4.0 / samples * f64::max(scatter / quiet, step * step / 12.0));
+        let growth = (SIGMAS * (2.0 * CORRELATED / samples * (1.0 + 1.0 / quiet)).sqrt()).exp();
+        let is_motion = variance > growth * scattered || squared > quiet * (BY_CHANCE.powf(-1.0 / quiet) - 1.0) * lined;
+        match quiet > 0.0 && is_motion {
+            true if moving == 1.0 => {
+                let before = (k - 1) as f64;
+                return ((f64::max(before - MARGIN, 0.5 * before) * samples) as usize, k * window);
+            }
+            true => moving = 1.0,
+            false => (quiet, scatter, line, moving) = (quiet + 1.0, scatter + variance, line + squared, 0.0),
+        }
+    }
+    (0, values.len())
+}
+
+/// Whether samples are white noise of any level: rough, without a line of the drive.
 fn is_loud_noise(values: &[f64], period: Option<f64>) -> bool {
-    let (early, late) = values.split_at(values.len() / 2);
-    let ratio = mean_and_rms(late).1 / mean_and_rms(early).1.max(f64::MIN_POSITIVE);
     let rough = roughness(values).is_some_and(|(rough, _)| rough > WHITE);
-    let alike = ratio.ln().abs() < 2.0 * GROWN * (2.0 / values.len() as f64).sqrt();
-    rough && alike && period.is_some_and(|period| line_share(values, period) < LINELESS)
+    rough && period.is_some_and(|period| line_share(values, period) < LINELESS)
 }
 
 /// Roughness, and rms about a straight line. Roughness is the mean square of the first differences over the variance
@@ -148,7 +166,8 @@ fn line_share(values: &[f64], period: f64) -> f64 {
     let (mean, rms) = mean_and_rms(values);
     let reach = values.len();
     let lines = super::continuation::Continuation::fit(|i| values[i] - mean, reach, 0.0, period);
-    let Some(lines) = lines.filter(|_| rms > 0.0) else { return 0.0 };
+    let rounding = 16.0 * f64::EPSILON * mean.abs();
+    let Some(lines) = lines.filter(|_| rms > rounding) else { return 0.0 };
     let left = values.iter().enumerate().map(|(i, x)| (x - mean - lines.at(i as f64)).powi(2)).sum::<f64>();
     1.0 - left / (reach as f64 * rms * rms)
 }

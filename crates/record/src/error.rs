@@ -324,6 +324,8 @@ pub enum MeasurementError {
     NoPlateau { path: PathBuf, needed: usize, found: usize },
     #[error("{}: expected a periodic drive, found no spectral line; pass --drive-frequency", path.display())]
     NoDriveFrequency { path: PathBuf },
+    #[error("{}: {key} of {found} ({place}): expected {expected}; correct it there", path.display())]
+    Unlikely { path: PathBuf, key: &'static str, found: Quantity, place: &'static str, expected: &'static str },
     #[error(
         "{}: expected a drive of at least two cycles, found {cycles:.2} at {:.4} kHz; record a longer burst, or \
          correct --drive-frequency", path.display(), frequency / 1e3

@@ -53,6 +53,8 @@ const WANDER: (f64, f64) = (2e-3, 6.0);
 /// A start within this many periods of t = 0 is set to t = 0, if the motion in between is negligible against noise or
 /// peak.
 const NEAR_ZERO: f64 = 0.02;
+/// Periods after t = 0 from which the rest before the motion is not simulated.
+const LATE: f64 = 20.0;
 /// Negligible motion, as a fraction of the peak.
 const UNSEEN: f64 = 0.005;
 
@@ -280,7 +282,9 @@ impl Recorded {
         (values[0], values[count - 1]) = (0.0, 0.0);
         let on_record = |place: f64| start + place * step;
         let begins_on_record = on_record(first);
-        let origin = if begins_on_record >= -1e-9 * step { 0.0 } else { begins_on_record - 1.0 / drive_frequency };
+        // On another clock a period of rest precedes the motion.
+        let on_time = (-1e-9 * step..=LATE / drive_frequency).contains(&begins_on_record);
+        let origin = if on_time { 0.0 } else { begins_on_record - 1.0 / drive_frequency };
         let start_of_motion = if begins_on_record.abs() <= 1e-9 * step { 0.0 } else { begins_on_record - origin };
         let last_period = (period.ceil() as usize).min(extended.len());
         let end_index = (end - extended.start).floor() as usize + 1;

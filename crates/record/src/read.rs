@@ -179,6 +179,12 @@ pub fn read_record_bytes(
         }
     };
     let bandwidth = options.bandwidth.or(stated.bandwidth);
+    let stated_drive_frequency = options.drive_frequency.or(stated.drive_frequency);
+    check_stated(path, "bandwidth", (options.bandwidth, stated.bandwidth), (f64::MIN_POSITIVE, f64::INFINITY))?;
+    check_stated(path, "drive frequency", (options.drive_frequency, stated.drive_frequency), DRIVE_FREQUENCIES)?;
+    if let Some(frequency) = stated_drive_frequency {
+        record::check_sampling(path, raw.sample_rate(), frequency)?;
+    }
     let of_instrument = table.form.preamble().and_then(|preamble| header::averaged(&preamble.statements));
     let averages = options.averages.or(stated.averages).or(of_instrument.flatten()).unwrap_or(1).max(1);
     if of_instrument == Some(None) && averages == 1 && options.averages.is_none() {
@@ -216,7 +222,6 @@ pub fn read_record_bytes(
 
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
-    let stated_drive_frequency = options.drive_frequency.or(stated.drive_frequency);
     let line_of_raw = || stated_drive_frequency.or_else(|| line::strongest_line(&raw));
     let found = match (&options.mask, line_of_raw()) {
         (Masking::Auto, Some(frequency)) if kind != RecordKind::Hydrophone => {
@@ -401,6 +406,23 @@ pub fn read_record_bytes(
         record.check_stated_frequency(|| Some(header::drive_frequency_line(&String::from_utf8_lossy(bytes))?.0))?;
     }
     Ok(record)
+}
+
+/// Drive frequencies of a scene, Hz.
+const DRIVE_FREQUENCIES: (f64, f64) = (1.0, 1e8);
+
+/// Refuses a frequency stated by an option or the header (the option wins) outside `low` to `high`, Hz.
+fn check_stated(
+    path: &Path,
+    key: &'static str,
+    (option, header): (Option<f64>, Option<f64>),
+    (low, high): (f64, f64),
+) -> Result<(), MeasurementError> {
+    let Some(found) = option.or(header).filter(|found| !(low..=high).contains(found)) else { return Ok(()) };
+    let place = if option.is_some() { "an option" } else { "the file's header" };
+    let expected = if high.is_finite() { "1 Hz to 0.1 GHz" } else { "a frequency above 0" };
+    let found = Quantity::new(found, Dimension::FREQUENCY);
+    Err(MeasurementError::Unlikely { path: path.into(), key, found, place, expected })
 }
 
 /// Smallest and largest plausible peak of a hydrophone record, Pa: below thermal noise, and far above the strongest

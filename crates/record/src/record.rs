@@ -43,6 +43,14 @@ pub(super) fn check_motion(path: &Path, raw: &Series, recorded: RecordedQuantity
     value.map_or(Ok(()), |value| Err(MeasurementError::ConstantDrive { path: path.into(), value }))
 }
 
+/// See [`Record::check_sampling`].
+pub(super) fn check_sampling(path: &Path, sample_rate: f64, frequency: f64) -> Result<(), MeasurementError> {
+    if sample_rate < 4.0 * frequency * (1.0 - 1e-9) {
+        return Err(MeasurementError::SampledTooLow { path: path.into(), sample_rate, frequency });
+    }
+    Ok(())
+}
+
 /// One record in SI, with everything understood and assumed. Motion is positive from piston to support, pressure above
 /// the ambient one.
 #[derive(Debug, Clone, PartialEq)]
@@ -180,12 +188,7 @@ impl Record {
     /// # Errors
     /// [`MeasurementError::SampledTooLow`].
     pub fn check_sampling(&self, drive_frequency: f64) -> Result<(), MeasurementError> {
-        let sample_rate = self.series.sample_rate();
-        if sample_rate < 4.0 * drive_frequency * (1.0 - 1e-9) {
-            let path = self.path.clone();
-            return Err(MeasurementError::SampledTooLow { path, sample_rate, frequency: drive_frequency });
-        }
-        Ok(())
+        check_sampling(&self.path, self.series.sample_rate(), drive_frequency)
     }
 
     /// Refuses an implausible peak: a unit or a sensitivity is wrong by a power of ten.
@@ -247,7 +250,7 @@ impl Record {
     ///   phase at `Record::drive_cutoff`.
     /// - Separable noise and drift are removed.
     /// - A velocity is integrated; content below f0/8 is removed.
-    /// - The model's clock is the record's, unless motion begins before t = 0.
+    /// - The model's clock is the record's, unless motion begins before t = 0 or twenty periods after it.
     ///
     /// # Errors
     /// [`MeasurementError`] when it is no horn-tip record, shorter than two cycles, sampled below 4 f0, or has no

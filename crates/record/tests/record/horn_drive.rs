@@ -353,13 +353,18 @@ fn a_record_that_ends_inside_says_so_and_is_continued() {
 }
 
 #[test]
-fn the_model_s_clock_is_the_record_s_unless_motion_begins_before_zero() {
+fn the_model_s_clock_is_the_record_s_unless_motion_begins_before_zero_or_long_after() {
     let drive = |trigger: f64| Bench { trigger, ..BENCH }.record().to_drive().unwrap();
     assert_eq!(drive(0.0).origin, 0.0);
     assert!((drive(0.0).begins_at).abs() < 1e-9);
     let late = drive(-2.0);
     assert_eq!(late.origin, 0.0);
     assert!((late.begins_at * F0 - 2.0).abs() < 1e-3);
+    // A logger's absolute time: a second at rest is no second to simulate.
+    let absolute = drive(-73e3);
+    assert!(
+        (absolute.begins_at * F0 - 1.0).abs() < 1e-6 && absolute.displacement.end() < 1.1 * late.displacement.end()
+    );
     let early = drive(6.3);
     assert!((early.origin * F0 + 7.3).abs() < 1e-3 && (early.begins_at * F0 - 1.0).abs() < 1e-6);
     assert!(

@@ -333,7 +333,7 @@ fn a_record_that_the_instrument_thinned_out_is_suspected() {
         (state >> 40) as f64 / f64::from(1 << 24)
     };
     let rows: String = (0..500).map(|i| format!("{i},{}\n", noise())).collect();
-    assert!(warnings(&format!("time_us,v [V]\n{rows}")).is_empty());
+    assert_eq!(warnings(&format!("time_us,v [V]\n{rows}")), Vec::<String>::new());
     let found = warnings(&format!("# bandwidth: 1.5 MHz\ntime_us,v [V]\n{rows}"));
     assert!(found.len() == 1 && found[0].contains("the instrument's bandwidth is 1.5 MHz"), "{found:?}");
 }

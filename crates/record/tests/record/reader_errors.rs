@@ -348,6 +348,24 @@ fn record_sampled_below_four_times_the_drive() {
 }
 
 #[test]
+fn frequencies_that_nothing_has_are_refused_where_they_are_stated() {
+    let bench = Bench::new();
+    let header = |line: &str| format!("# {line}\n{}", file(HEADER, &rows(400)));
+    for kind in [RecordKind::HornTip, RecordKind::Vibrometer] {
+        for line in ["drive frequency: 1e15 Hz", "drive frequency: 1e-6 Hz", "f0: -73 kHz"] {
+            let found = bench.refused_as(header(line).as_bytes(), kind, &ReadOptions::default());
+            assert!(found.starts_with("vib.csv: drive frequency of"), "{line}: {found}");
+            assert!(found.contains("(the file's header): expected 1 Hz to 0.1 GHz"), "{line}: {found}");
+        }
+        let found = bench.refused_as(header("bandwidth: -1.5 MHz").as_bytes(), kind, &ReadOptions::default());
+        assert!(found.contains("bandwidth of -1.5 MHz (the file's header): expected a frequency above 0"), "{found}");
+        // Within the range, above what the file can hold.
+        let found = bench.refused_as(header("drive frequency: 50 MHz").as_bytes(), kind, &ReadOptions::default());
+        assert!(found.contains("needs a sample rate of at least 0.2 GHz"), "{found}");
+    }
+}
+
+#[test]
 fn too_few_rows_and_two_candidates() {
     assert_eq!(
         refused(&file(HEADER, &rows(3))),
