@@ -266,11 +266,12 @@ impl Correction {
             .collect()
     }
 
-    fn training_of<'a>(&self, runs: impl Iterator<Item = &'a Run>, neighbours: usize) -> TrainingRuns {
+    fn training_of<'a>(&self, runs: impl Iterator<Item = &'a Run> + Clone, neighbours: usize) -> TrainingRuns {
+        let lost = runs.clone().filter(|run| run.outcome.is_err()).map(|run| run.position.as_slice());
         let finished = runs.filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let (sensitivity, answers) = self.sensitivity.clone();
         let training = TrainingRuns::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours);
-        training.tempered(self.power).scaled(sensitivity, answers)
+        training.losing(lost).tempered(self.power).scaled(sensitivity, answers)
     }
 
     /// Posterior of the first `count` pairs.

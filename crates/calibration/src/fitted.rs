@@ -351,7 +351,7 @@ impl Fitted {
         statements.extend(statement::widened(fit, &self.best_made().runs));
         statements.extend(lead.measured.features().into_iter().flat_map(|it| statement::printed(fit, &it.printed)));
         let laws: Vec<FitOutcome> = self.ranked().into_iter().map(|fitted| fitted.outcome(problem)).collect();
-        CalibrationOutcome {
+        let mut outcome = CalibrationOutcome {
             best: laws[0].clone(),
             statements,
             laws,
@@ -359,7 +359,13 @@ impl Fitted {
             preferred_mount: self.preferred_mount(),
             excluded: self.excluded.iter().map(|(candidate, reason)| (candidate.key(), reason.clone())).collect(),
             ..problem.outcome()
+        };
+        let open = statement::undecided(&outcome.undecided_laws());
+        if open.is_some() && outcome.best.verdict == Verdict::WithinScatter {
+            outcome.best.verdict = Verdict::Doubtful;
         }
+        outcome.statements.splice(0..0, open);
+        outcome
     }
 
     /// Every candidate, the best first, the others in the requested order.
@@ -399,7 +405,7 @@ impl Problem {
 }
 
 fn decision(named: Option<String>) -> String {
-    named.unwrap_or_else(|| "undecided".into())
+    named.unwrap_or_else(|| outcome::UNDECIDED.into())
 }
 
 /// Compared features of a record; its deviations in `fit` start at number `first`.

@@ -10,6 +10,10 @@
 //! residual covariance with its off-diagonals shrunk by 0.4 and a nugget² on its diagonal, G the weighted Gram matrix
 //! of the regressors (1, x − x₀).
 //!
+//! Runs without features (motion that stays below the record's threshold, or begins too late) are part of the
+//! likelihood too: ln P(x)/β is added to SL, P the share of finished runs among the k nearest of all, under the same
+//! weights, since the record has features.
+//!
 //! Several records have independent runs at a given x, so SL is the sum over the records (`TrainingRuns::parted`).
 //!
 //! After S. N. Wood, *Nature* 466 (2010) 1102. The regression in place of replicates, k, the shrinkage and the
@@ -43,6 +47,8 @@ const SMALLEST_WEIGHT: f64 = 1e-12;
 pub(crate) struct TrainingRuns {
     positions: Vec<Vec<f64>>,
     deviations: Vec<Vec<f64>>,
+    /// Positions of the runs without features, in the coordinates for distances.
+    lost: Vec<Vec<f64>>,
     /// Smallest scatter allowed to each feature.
     pub(super) nuggets: Vec<f64>,
     weights: Vec<f64>,
@@ -73,6 +79,7 @@ impl TrainingRuns {
         let mut training = Self {
             positions: vec![],
             deviations: vec![],
+            lost: vec![],
             nuggets: nuggets.to_vec(),
             weights: weights.iter().map(|weight| weight.max(SMALLEST_WEIGHT)).collect(),
             parts: std::iter::once(0..nuggets.len()).collect(),
@@ -88,6 +95,13 @@ impl TrainingRuns {
             training.deviations.push(features.iter().zip(observed).map(|(z, z0)| z - z0).collect());
         }
         training
+    }
+
+    /// The same with the positions of runs without features.
+    #[must_use]
+    pub(crate) fn losing<'a>(mut self, runs: impl Iterator<Item = &'a [f64]>) -> Self {
+        self.lost = runs.map(<[f64]>::to_vec).collect();
+        self
     }
 
     /// The same with another tempering exponent β.
@@ -152,6 +166,8 @@ impl TrainingRuns {
         Self {
             positions: self.positions.clone(),
             deviations: self.deviations.iter().map(|deviation| deviation[part.clone()].to_vec()).collect(),
+            // It is not known which record a run has no features for.
+            lost: vec![],
             nuggets: self.nuggets[part.clone()].to_vec(),
             weights: self.weights[part.clone()].to_vec(),
             parts: std::iter::once(0..part.len()).collect(),
@@ -169,6 +185,7 @@ impl TrainingRuns {
     #[must_use]
     pub(crate) fn framed(mut self, frame: Frame) -> Self {
         let inside = self.positions.iter().map(|position| frame.inside(position)).collect();
+        self.lost.iter_mut().for_each(|position| *position = frame.inside(position));
         self.frame = Some((frame, inside));
         self
     }
@@ -195,10 +212,29 @@ impl TrainingRuns {
 
     /// Squared distance of every run from `at`, in the frame if there is one.
     fn distances(&self, at: &[f64]) -> Vec<f64> {
+        self.distances_of(self.measured(), at)
+    }
+
+    fn distances_of(&self, positions: &[Vec<f64>], at: &[f64]) -> Vec<f64> {
         let inside = self.frame.as_ref().map(|(frame, _)| frame.inside(at));
         let at = inside.as_deref().unwrap_or(at);
         let squared = |position: &Vec<f64>| position.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum();
-        self.measured().iter().map(squared).collect()
+        positions.iter().map(squared).collect()
+    }
+
+    /// Share of finished runs among the nearest of all, where `squared` are the distances of the finished ones. A run
+    /// of half the largest weight is added to both, so that it is above 0.
+    pub(crate) fn finished_share(&self, at: &[f64], squared: &[f64]) -> f64 {
+        if self.lost.is_empty() {
+            return 1.0;
+        }
+        let lost = self.distances_of(&self.lost, at);
+        let mut all = [squared, &lost].concat();
+        let last = self.neighbours.min(all.len() - 1);
+        let radius = all.select_nth_unstable_by(last, f64::total_cmp).1.sqrt().max(f64::MIN_POSITIVE);
+        let weight = |squared: &f64| (1.0 - (squared.sqrt() / radius).min(1.0).powi(3)).powi(3);
+        let [finished, lost] = [squared, &lost].map(|runs| runs.iter().map(weight).sum::<f64>());
+        (finished + 0.5) / (finished + lost + 0.5)
     }
 
     /// Positions in the coordinates for distances.
@@ -235,7 +271,9 @@ impl TrainingRuns {
         {
             return f64::NEG_INFINITY;
         }
-        self.regress(at).map_or(f64::NEG_INFINITY, Local::log_likelihood)
+        let squared = self.distances(at);
+        let known = || self.finished_share(at, &squared).ln() / self.power;
+        self.regress_over(at, &squared).map_or(f64::NEG_INFINITY, |local| local.log_likelihood() + known())
     }
 
     /// Misfit of each run: mean over features of min(|z − z₀|/s, 5)², s the scatter.

@@ -11,10 +11,14 @@ use super::{
     diagnosis::Finding,
     fit::{Estimate, Fit, Verdict},
     parameter::{Parameter, Target},
+    statement::is_open,
     waveform::{QUANTILE, contradicts},
 };
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
+
+/// Preferred law or mount where the record does not decide.
+pub const UNDECIDED: &str = "undecided";
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationOutcome {
@@ -59,6 +63,24 @@ pub struct CalibrationOutcome {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     pub assumptions: Vec<String>,
+}
+
+impl CalibrationOutcome {
+    /// The best fit of every damping law, first the leading one, if the record does not decide between them; otherwise
+    /// none.
+    pub fn undecided_laws(&self) -> Vec<&FitOutcome> {
+        let Some(best) = self.laws.first().filter(|_| self.preferred_law.as_deref() == Some(UNDECIDED)) else {
+            return vec![];
+        };
+        let mut open = vec![best];
+        for law in &self.laws[1..] {
+            let known = open.iter().any(|other| other.damping_kind == law.damping_kind);
+            if !known && is_open((best.verdict, best.log_evidence), (law.verdict, law.log_evidence)) {
+                open.push(law);
+            }
+        }
+        open
+    }
 }
 
 /// Samples bridged in a record and in every simulated run.

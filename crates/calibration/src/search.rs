@@ -111,6 +111,8 @@ impl Search {
         let finished = self.runs.iter().take(count).filter_map(|run| Some((run.position.as_slice(), run.features()?)));
         let training =
             TrainingRuns::new(finished, &self.observed, &self.nuggets, &self.weights, neighbours(self.dimension));
+        let lost = self.runs.iter().take(count).filter(|run| run.outcome.is_err()).map(|run| run.position.as_slice());
+        let training = training.losing(lost);
         let (sensitivity, answers) = self.sensitivity.clone();
         framed(training.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
     }

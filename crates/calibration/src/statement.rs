@@ -5,7 +5,10 @@ use super::{
     comparison::Comparison,
     fingerprints::CandidateRuns,
     fit::{Estimate, Fit, Verdict},
+    forward::Run,
+    likelihood::neighbours,
     multi_record::Share,
+    outcome::FitOutcome,
     parameter::Parameter,
     printed::PublishedComparison,
     waveform::WaveformFit,
@@ -21,7 +24,7 @@ const RIDGE: f64 = 0.7;
 const WIDE: f64 = 0.5;
 
 /// Difference of ln evidence from which a damping law is preferred.
-const DECISIVE: f64 = 3.0;
+pub(crate) const DECISIVE: f64 = 3.0;
 
 /// Statements that a reader needs before using the values.
 pub(crate) fn statements(fit: &Fit) -> Vec<String> {
@@ -55,6 +58,7 @@ pub(crate) fn statements(fit: &Fit) -> Vec<String> {
         }
         Verdict::WithinScatter => {}
     }
+    sentences.extend(lost(fit));
     if fit.verdict == Verdict::OutsideScatter {
         return sentences;
     }
@@ -398,18 +402,70 @@ fn percent_of_width(width: f64) -> String {
     percent(1.0, width.exp())
 }
 
-/// The value of a choice (law, mount) that the record prefers, each represented by its best fit; values in `excluded`
-/// have no comparable run. `None` if undecided.
-///
-/// The difference of ln evidence must reach 3; a choice whose fit lies outside its own scatter while another's lies within
-/// loses whatever its evidence.
+/// Share of runs without features near the answer from which it is stated.
+const LOST: f64 = 0.25;
+
+/// How many of the runs nearest to the answer have no features, if these are more than a quarter.
+fn lost(fit: &Fit) -> Option<String> {
+    let distance = |run: &Run| run.position.iter().zip(&fit.most_likely).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    let mut near: Vec<&Run> = fit.runs.iter().collect();
+    near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    near.truncate(neighbours(fit.parameters.len()));
+    let lost = near.iter().filter(|run| run.outcome.is_err()).count();
+    (lost as f64 > LOST * near.len() as f64).then(|| {
+        format!(
+            "Of the {} runs nearest to the fitted values {lost} have no features: their motion stays below the record's threshold or begins too late. The \
+             record has features, so such values count as less likely by the share of these runs.",
+            near.len()
+        )
+    })
+}
+
+/// Why the record does not decide between these damping laws, the leading one first; `None` for fewer than two.
+pub(crate) fn undecided(laws: &[&FitOutcome]) -> Option<String> {
+    let [best, others @ ..] = laws else { return None };
+    let one = |law: &&FitOutcome| match best.log_evidence - law.log_evidence {
+        lead if best.verdict.explains() && !law.verdict.explains() => format!(
+            "`{}` is outside scatter (p = {}), although the ln evidence of its features is higher by {:.1}",
+            law.damping_kind,
+            short(law.p_value),
+            -lead
+        ),
+        lead => {
+            format!("the ln evidence of `{}` is lower by only {lead:.1} ({DECISIVE:.0} would decide)", law.damping_kind)
+        }
+    };
+    let texts: Vec<String> = others.iter().map(one).collect();
+    (!others.is_empty()).then(|| {
+        format!(
+            "The record does not decide between the damping laws: beside `{}`, {}. Quote the values of each. A record at another drive level may \
+             decide, since the laws depend differently on amplitude.",
+            best.damping_kind,
+            texts.join("; ")
+        )
+    })
+}
+
+/// Whether a fit of another choice (law, mount) may be right where `best` leads; both by verdict and ln evidence. A
+/// choice that is rejected while the best one explains the record may not, unless its evidence is the higher one: then
+/// evidence and verdict contradict each other, and neither decides.
+pub(crate) fn is_open(best: (Verdict, f64), other: (Verdict, f64)) -> bool {
+    let lead = best.1 - other.1;
+    if best.0.explains() && !other.0.explains() { lead < 0.0 } else { lead < DECISIVE }
+}
+
+/// The value of a choice (law, mount) that the record prefers; values in `excluded` have no comparable run. `None` if
+/// undecided. The best fit is the one of the highest evidence among those that explain the record.
 pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
-    let explains = |fit: &Fit| fit.verdict.explains();
-    let mut ranked: Vec<&(String, &Fit)> = fits.iter().collect();
-    ranked.sort_by(|a, b| explains(b.1).cmp(&explains(a.1)).then(b.1.log_evidence.total_cmp(&a.1.log_evidence)));
-    let (best, fit) = ranked.first()?;
-    match ranked.iter().find(|(name, _)| name != best) {
-        Some((_, second)) => (fit.log_evidence - second.log_evidence >= DECISIVE).then(|| best.clone()),
+    let rank = |fit: &Fit| (fit.verdict, fit.log_evidence);
+    let better = |a: &&(String, &Fit), b: &&(String, &Fit)| {
+        let (a, b) = (rank(a.1), rank(b.1));
+        a.0.explains().cmp(&b.0.explains()).then(a.1.total_cmp(&b.1))
+    };
+    let (best, fit) = fits.iter().max_by(better)?;
+    let mut others = fits.iter().filter(|(name, _)| name != best).peekable();
+    match others.peek() {
+        Some(_) => (!others.any(|(_, other)| is_open(rank(fit), rank(other)))).then(|| best.clone()),
         None => excluded.iter().any(|name| name != best).then(|| best.clone()),
     }
 }

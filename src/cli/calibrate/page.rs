@@ -11,7 +11,7 @@ use crate::{
         fit::Fit,
         forward::Run,
         measured::Measured,
-        outcome::{CalibrationOutcome, FittedFeature},
+        outcome::{CalibrationOutcome, FitOutcome, FittedFeature},
         parameter::Parameter,
         posterior::Posterior,
         recorded_run::RecordedRun,
@@ -352,22 +352,24 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
 pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> String {
     let mut text = String::new();
     let mount = outcome.best.mount.as_ref().map_or_else(String::new, |mount| format!(", {mount} disc"));
-    let law = law_name(&outcome.best.damping_kind);
-    let _ = writeln!(text, "{}: {} with {law} damping{mount}", outcome.best.verdict, outcome.scene);
+    let open = outcome.undecided_laws();
+    let laws = if open.is_empty() { vec![&outcome.best] } else { open };
+    let names: Vec<&str> = laws.iter().map(|law| law_name(&law.damping_kind)).collect();
+    let undecided = if laws.len() > 1 { " (undecided)" } else { "" };
+    let _ = writeln!(
+        text,
+        "{}: {} with {} damping{undecided}{mount}",
+        outcome.best.verdict,
+        outcome.scene,
+        names.join(" or ")
+    );
     let _ = writeln!(text, "  model    {}", answered_by(outcome));
-    let widest = outcome.best.parameters.keys().map(String::len).max().unwrap_or(0).max(8);
-    for (name, parameter) in &outcome.best.parameters {
-        let interval = match (parameter.low, parameter.high) {
-            (Some(low), Some(high)) => {
-                format!("   90 % interval {} … {}", significant(low, 4), significant(high, 4))
-            }
-            _ => "   no interval is quoted".into(),
-        };
-        let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
-        let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
-        let unstated = if parameter.unidentified { "   unidentified" } else { "" };
-        let _ =
-            writeln!(text, "  {name:<widest$} {} {unit}{interval}{bound}{unstated}", significant(parameter.value, 4));
+    for law in &laws {
+        if laws.len() > 1 {
+            let (name, p) = (law_name(&law.damping_kind), significant(law.p_value, 2));
+            let _ = writeln!(text, "  {name} damping: {}, p = {p}", law.verdict);
+        }
+        values(&mut text, law);
     }
     for warning in &outcome.warnings {
         let _ = writeln!(text, "  warning: {warning}");
@@ -399,6 +401,24 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     let (runs, failed, page) = (outcome.best.evaluations, outcome.best.failed_runs, place.join("report.html"));
     let _ = writeln!(text, "{runs} runs, {failed} not usable. Report: {}", page.display());
     text
+}
+
+/// The fitted values of one law, a line each.
+fn values(text: &mut String, law: &FitOutcome) {
+    let widest = law.parameters.keys().map(String::len).max().unwrap_or(0).max(8);
+    for (name, parameter) in &law.parameters {
+        let interval = match (parameter.low, parameter.high) {
+            (Some(low), Some(high)) => {
+                format!("   90 % interval {} … {}", significant(low, 4), significant(high, 4))
+            }
+            _ => "   no interval is quoted".into(),
+        };
+        let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
+        let bound = if parameter.at_bound { "   at a bound of the search" } else { "" };
+        let unstated = if parameter.unidentified { "   unidentified" } else { "" };
+        let _ =
+            writeln!(text, "  {name:<widest$} {} {unit}{interval}{bound}{unstated}", significant(parameter.value, 4));
+    }
 }
 
 /// The model that answers, and the one that searched.

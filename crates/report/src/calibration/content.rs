@@ -11,7 +11,10 @@ use crate::{
     replay::energy_table,
     sweep::{capitalised, sweep_figure},
 };
-use granchain_calibration::{agreement::DOUBTFUL, outcome::WaveformOutcome};
+use granchain_calibration::{
+    agreement::DOUBTFUL,
+    outcome::{UNDECIDED, WaveformOutcome},
+};
 use granchain_signal::feature::Measurand;
 
 const NO_CAUSE: &str = "Likely causes (sign, unit, number of beads, gap, material and others) were tried; none of them explains the record better.";
@@ -19,7 +22,7 @@ const NO_CAUSE: &str = "Likely causes (sign, unit, number of beads, gap, materia
 pub(super) fn page(report: &CalibrationReport) -> Page {
     let (outcome, laws, lead) = (&report.outcome, report.laws(), report.lead());
     let mut blocks = Vec::new();
-    blocks.extend(laws.first().map(|law| headline(report, law)));
+    blocks.extend(undecided(report, &laws).or_else(|| laws.first().map(|law| headline(report, law))));
     blocks.extend(Block::noticed(&lead.record_notes));
     // What a reader wants to see first stands first, and once.
     let mut traces = figures::traces(report, lead).into_iter();
@@ -124,7 +127,7 @@ fn preference(report: &CalibrationReport) -> Option<String> {
     };
     let sentence = |preferred: &Option<String>, between: &str, named: &dyn Fn(&str) -> String| {
         preferred.as_ref().map(|preferred| match preferred.as_str() {
-            "undecided" => format!("{subject} {undecided} not decide between {between}."),
+            UNDECIDED => format!("{subject} {undecided} not decide between {between}."),
             name => format!("{subject} {decided} {}.", named(name)),
         })
     };
@@ -223,6 +226,32 @@ fn values(law: &Law<'_>, intervals: bool) -> String {
         })
         .collect();
     values.join(" and ")
+}
+
+/// The headline where the record does not decide between damping laws: the values of each.
+fn undecided(report: &CalibrationReport, laws: &[Law<'_>]) -> Option<Block> {
+    let open = report.outcome.undecided_laws();
+    let drawn = open.iter().filter_map(|open| laws.iter().find(|law| law.fit == *open));
+    let texts: Vec<String> = drawn
+        .map(|law| {
+            format!(
+                "with {} {} ({}, p = {})",
+                law.name(),
+                values(law, true),
+                law.fit.verdict,
+                significant(law.fit.p_value, 2)
+            )
+        })
+        .collect();
+    (!texts.is_empty()).then(|| Block::Headline {
+        tone: Tone::Careful,
+        verdict: report.outcome.best.verdict.to_string(),
+        text: format!(
+            "The record does not decide between {} damping laws: {}. Intervals are 90 %.",
+            texts.len(),
+            texts.join("; ")
+        ),
+    })
 }
 
 fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
