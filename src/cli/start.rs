@@ -339,7 +339,7 @@ fn definition(
          {damping} laws that compete: linear, kuwabara-kono, linear+kuwabara-kono\n\
          # features = 'full' # or 'paper': two peaks, and the lines at 1/3 and 2/3 over the drive line\n\
          # seed = 1\n# [parameters.alpha]\n# low = 0.05\n# high = 3.0\n\
-         # [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005\n"
+         # [uncertainty] # what the laboratory does not control\n# gap = '0.3 nm'\n# drive = 0.005 # horn scale; 0.01 if the horn was recorded in another shot than the bead\n"
     )
 }
 

@@ -201,6 +201,7 @@ fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
         bandwidth: None,
         response: None,
         rounding: 0.0,
+        speckle: 0.0,
         quiet: 0,
         clipped: [None; 2],
         begins_late: false,

@@ -14,6 +14,7 @@ mod calibrate_refusal;
 mod calibrate_replay;
 #[path = "../harness/mod.rs"]
 mod harness;
+mod invariance;
 mod laboratory;
 mod ladder;
 mod own_bench;

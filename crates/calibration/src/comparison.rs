@@ -65,6 +65,8 @@ pub struct Comparison {
     pub flicker: f64,
     /// Additional noise density from rounding a moving signal, (m/s)²/Hz or Pa²/Hz.
     pub rounding: f64,
+    /// Density of noise that grows with the velocity, over its square, 1/Hz.
+    pub speckle: f64,
     /// Number of independent quiet samples from which the noise was estimated.
     pub noise_freedom: f64,
     /// Number of shots averaged in the record.
@@ -109,6 +111,7 @@ impl From<PublishedComparison> for Comparison {
             noise_density: 0.0,
             flicker: 0.0,
             rounding: 0.0,
+            speckle: 0.0,
             noise_freedom: 0.0,
             averages: 1,
             features: printed.targets(),

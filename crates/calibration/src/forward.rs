@@ -451,10 +451,12 @@ impl Forward {
         if let Some(passband) = self.passband(position, || random.random()) {
             trace = passband.pass(&trace);
         }
-        if self.noise_rms > 0.0 {
+        let grows = (self.comparison.speckle * 0.5 / trace.step).sqrt();
+        if self.noise_rms > 0.0 || grows > 0.0 {
             for value in &mut trace.values {
                 let draw: f64 = StandardNormal.sample(random);
-                *value += self.noise_rms * draw;
+                let deviation = if grows > 0.0 { self.noise_rms.hypot(grows * *value) } else { self.noise_rms };
+                *value += deviation * draw;
             }
         }
         if self.comparison.flicker > 0.0 {

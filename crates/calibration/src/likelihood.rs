@@ -361,6 +361,19 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn runs_without_features_count_by_their_share() {
+        let (whole, truth) = linear_training(0.05);
+        // Of runs that lie alike, one for every one with features: ln ½, untempered, on both sides of that half of the box.
+        let lost: Vec<Vec<f64>> = whole.positions.iter().filter(|at| at[0] < 0.5).cloned().collect();
+        let training = whole.clone().losing(lost.iter().map(Vec::as_slice));
+        let change = |at: &[f64]| training.power * (training.log_likelihood(at) - whole.log_likelihood(at));
+        // 40 neighbours: the ends of the weights and the half run added leave a twentieth.
+        assert!((change(&[0.25, 0.5]) - 0.5f64.ln()).abs() < 0.05, "{}", change(&[0.25, 0.5]));
+        assert_eq!(change(&[0.9, 0.5]), 0.0);
+        assert_eq!(whole.clone().losing(std::iter::empty()).log_likelihood(&truth), whole.log_likelihood(&truth));
+    }
+
+    #[test]
     fn the_scatter_of_a_single_run_is_recovered() {
         let (training, truth) = linear_training(0.05);
         let local = training.regress(&truth).unwrap();

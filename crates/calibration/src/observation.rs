@@ -93,6 +93,8 @@ pub struct Recording {
     /// Additional density of the noise of a coarse converter while the signal moves, one-sided, unit²/Hz of the
     /// signal.
     pub rounding: f64,
+    /// One-sided density of noise that grows with the velocity, over its square, 1/Hz.
+    pub speckle: f64,
     /// Number of quiet samples at the start.
     pub quiet: usize,
     /// Where its input was clipped, below and above, unit of the signal.
@@ -214,6 +216,7 @@ impl Recording {
             bandwidth: record.bandwidth,
             response: record.response.clone(),
             rounding: rounding(record),
+            speckle: 2.0 * record.series.step * record.speckle.powi(2),
             quiet,
             clipped: record.clipped,
             begins_late,
@@ -412,6 +415,7 @@ impl Observation {
             noise_density,
             flicker,
             rounding: recording.rounding,
+            speckle: recording.speckle,
             noise_freedom: (2.0 * cutoff * recording.quiet as f64 * signal.step).max(UNSTATED_FREEDOM),
             averages: recording.averages,
             reduction: Reduction::Fingerprint(fingerprint.clone()),
@@ -456,6 +460,7 @@ mod tests {
             bandwidth,
             response: None,
             rounding: 0.0,
+            speckle: 0.0,
             quiet: 4000,
             clipped: [None; 2],
             begins_late: false,

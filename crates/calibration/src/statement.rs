@@ -469,3 +469,24 @@ pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<Stri
         None => excluded.iter().any(|name| name != best).then(|| best.clone()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Verdict::*, *};
+
+    #[test]
+    fn a_choice_is_open_unless_evidence_or_verdict_excludes_it() {
+        for (best, other, expected) in [
+            ((WithinScatter, 0.0), (WithinScatter, -2.9), true),
+            ((WithinScatter, 0.0), (Doubtful, -3.0), false),
+            // Rejected, with the lower evidence: excluded. With the higher one they contradict each other.
+            ((WithinScatter, 0.0), (OutsideScatter, -0.1), false),
+            ((Doubtful, 0.0), (OutsideScatter, 0.1), true),
+            // None explains the record: evidence alone.
+            ((OutsideScatter, 0.0), (OutsideScatter, -1.0), true),
+            ((OutsideScatter, 0.0), (OutsideScatter, -4.0), false),
+        ] {
+            assert_eq!(is_open(best, other), expected, "{best:?} {other:?}");
+        }
+    }
+}

@@ -372,6 +372,33 @@ mod tests {
         }
     }
 
+    /// Quiet samples of a burst that begins at sample 600, or as much later as noise hides it, in steps of a converter.
+    #[test]
+    fn quiet_samples_end_with_the_motion_wherever_time_begins() {
+        let period = 1.0 / (73e3 * 2e-7);
+        for (bits, rise) in [(8, 100.0), (8, 1500.0), (12, 100.0), (12, 1500.0)] {
+            for seed in 0..20 {
+                let mut random = seed;
+                let step = 2.4 / f64::from(1 << bits);
+                let values: Vec<f64> = (0..4000)
+                    .map(|i| {
+                        let since = f64::from(i - 600).max(0.0);
+                        let motion = (1.0 - libm::exp(-since / rise)) * libm::sin(2.0 * PI * since / period);
+                        ((motion + 0.003 * noise(&mut random)) / step).round() * step
+                    })
+                    .collect();
+                let rms = |count: usize| mean_and_rms(&values[..count]).1;
+                // With a trigger inside the quiet samples, at their end, and without one.
+                for trigger in [0, 400, 600] {
+                    let count = quiet_lead(&values, trigger, Some(period));
+                    assert!((250..=700).contains(&count), "{bits} {rise} {seed} {trigger}: {count}");
+                    let grown = rms(count) / rms(600).max(step / 12f64.sqrt());
+                    assert!(grown < 1.25, "{bits} {rise} {seed} {trigger}: {count}, {grown}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn what_swells_before_the_first_arrival_is_no_noise() {
         let mut random = 3;

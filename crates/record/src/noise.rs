@@ -2,7 +2,7 @@
 
 use std::f64::consts::{LN_2, PI};
 
-use super::baseline::FEWEST_QUIET;
+use super::baseline::{FEWEST_QUIET, median};
 use granchain_signal::{Series, forward_transform, mean_and_rms};
 
 /// Source of a noise estimate.
@@ -57,6 +57,51 @@ pub(super) fn noise(raw: &Series, quiet: usize, step: Option<f64>, bandwidth: Op
         }
     };
     if rounding > rms { (rounding, NoiseSource::Quantisation) } else { (rms, source) }
+}
+
+/// Velocities from which, and up to which, noise counts as that of motion and of rest, as fractions of the peak.
+const MOVING: f64 = 0.3;
+const RESTING: f64 = 0.05;
+/// Fewest samples of either kind.
+const FEWEST_SPECKLED: usize = 100;
+/// Median of the square of a standard normal number.
+const MEDIAN_SQUARE: f64 = 0.454_936;
+/// Ratio of two estimates of white noise beyond which motion is in them.
+const ALIKE: f64 = 1.3;
+/// Variance of the part that grows with velocity over that of the constant part, from which it is stated.
+const STATED: f64 = 1.0;
+
+/// κ of a velocity's noise variance σ² + κ² v², white, 1; 0 if it does not grow with the velocity v (about `baseline`).
+///
+/// Speckle of a moving surface makes such noise. It is measured by sixth differences of the samples, which hold next to
+/// nothing of a finely sampled motion. If eighth differences disagree, motion is in both, and κ is unknown (0).
+pub(super) fn speckle(raw: &Series, baseline: f64, step: Option<f64>) -> f64 {
+    let peak = raw.values.iter().fold(0.0, |peak, x| f64::max(peak, (x - baseline).abs()));
+    let of = |order: usize, total: f64| {
+        let weights: Vec<f64> = (0..order).fold(vec![1.0], |row, _| {
+            let next = |k: usize| row.get(k).unwrap_or(&0.0) - if k > 0 { row[k - 1] } else { 0.0 };
+            (0..=row.len()).map(next).collect()
+        });
+        let (mut rest, mut moving) = (Vec::new(), Vec::new());
+        for part in raw.values.windows(order + 1) {
+            let velocity = part.iter().sum::<f64>() / part.len() as f64 - baseline;
+            let noise = part.iter().zip(&weights).map(|(x, weight)| x * weight).sum::<f64>().powi(2) / total;
+            match velocity.abs() / peak {
+                share if share < RESTING => rest.push(noise),
+                share if share > MOVING => moving.push((noise / velocity.powi(2), velocity.powi(2).recip())),
+                _ => {}
+            }
+        }
+        (rest.len().min(moving.len()) >= FEWEST_SPECKLED).then(|| {
+            let [shares, squares]: [Vec<f64>; 2] =
+                [moving.iter().map(|it| it.0).collect(), moving.iter().map(|it| it.1).collect()];
+            let constant = f64::max(median(&rest) / MEDIAN_SQUARE, step.map_or(0.0, |step| step * step / 12.0));
+            (median(&shares) / MEDIAN_SQUARE, constant * median(&squares))
+        })
+    };
+    let (Some((all, constant)), Some((again, _))) = (of(6, 924.0), of(8, 12_870.0)) else { return 0.0 };
+    let grown = all - constant;
+    if grown < STATED * constant || all > ALIKE * again || again > ALIKE * all { 0.0 } else { grown.sqrt() }
 }
 
 /// Band of white noise of a vibrometer, Hz.
@@ -127,6 +172,27 @@ mod tests {
             assert_eq!(source, NoiseSource::SpectrumFloor);
         }
         assert_eq!(noise(&tone(0.0), 0, None, None), (0.0, NoiseSource::SpectrumFloor));
+    }
+
+    #[test]
+    fn noise_that_grows_with_velocity_is_told_from_noise_that_does_not() {
+        let mut seed = 5;
+        let mut record = |constant: f64, grows: f64| {
+            let motion = |i: i32| {
+                let t = f64::from(i - 500).max(0.0);
+                (1.0 - (-t / 500.0).exp()) * ((0.0917 * t).sin() + 0.3 * (0.183 * t).sin() + 0.1 * (0.367 * t).sin())
+            };
+            let noisy = |i: i32| motion(i) * (1.0 + grows * even(&mut seed)) + constant * even(&mut seed);
+            Series::new(0.0, 2e-7, (0..4000).map(noisy).collect())
+        };
+        let found = speckle(&record(2e-3, 0.03), 0.0, None);
+        // 2500 samples, of which sixth differences leave a third independent: known to a twentieth.
+        assert!((found / 0.03 - 1.0).abs() < 0.15, "{found}");
+        assert_eq!(speckle(&record(1e-2, 0.0), 0.0, None), 0.0);
+        assert_eq!(speckle(&record(0.0, 0.0), 0.0, None), 0.0);
+        // Rounding shows while the record moves and not before.
+        let rounded = record(0.0, 0.0).map(|x| (x / 0.01).round() * 0.01);
+        assert_eq!(speckle(&rounded, 0.0, Some(0.01)), 0.0);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use super::{
     column::{Column, is_of, is_peak_detect},
     encoding, estimate, header, line,
     mask::{self, Masking},
-    noise::{noise, noise_band},
+    noise::{noise, noise_band, speckle},
     notes::{Notes, hertz, to_three_figures, written},
     place::SampleLines,
     quantisation::quantisation_step,
@@ -338,6 +338,16 @@ pub fn read_record_bytes(
             (density / (estimate::DRIFT * frequency()?)).sqrt() / (2.0 * std::f64::consts::PI)
         }
     };
+    let speckle = match (kind, recorded) {
+        (RecordKind::Vibrometer, RecordedQuantity::Velocity) => speckle(&raw, baseline, quantisation_step),
+        _ => 0.0,
+    };
+    if speckle > 0.0 {
+        notes.assume(format!(
+            "noise grows with velocity as that of speckle: besides, {:.1} % of the velocity",
+            100.0 * speckle
+        ));
+    }
     notes.about_noise_source(recorded, recorded_noise_rms, noise_source, quantisation_step);
     let mut clipped = notes.about_clipping(&raw, None).map(|limit| Some(sign * (limit? - baseline)));
     if options.invert {
@@ -374,6 +384,7 @@ pub fn read_record_bytes(
         noise_rms,
         noise_source,
         recorded_noise_rms,
+        speckle,
         quantisation_step,
         clipped,
         pretrigger,

@@ -77,6 +77,8 @@ pub struct Record {
     pub noise_source: NoiseSource,
     /// Noise of the recorded quantity: m/s for a horn tip's velocity.
     pub recorded_noise_rms: f64,
+    /// κ of the noise variance σ² + κ² v² of a bead's velocity v, if it grows with v as that of speckle does; 0 otherwise.
+    pub speckle: f64,
     /// The converter's step, SI unit of the recorded quantity, if coarse enough to matter.
     pub quantisation_step: Option<f64>,
     /// Clipping levels, below and above, in the values of `series`; for a horn tip's velocity, before integration.

@@ -447,7 +447,8 @@ impl Ensemble {
             None => Mat::zeros(rows.len(), 0),
         };
         let columns = beside(&[spread.as_ref(), shift.as_ref(), further.as_ref(), finer.as_ref(), level.as_ref()]);
-        let covariance = Covariance::of(record.sigma, columns)?;
+        let louder = record.louder(rows.iter().map(|t| mean[*t]));
+        let covariance = Covariance::of(record.sigma, louder, columns)?;
         let count = regression.coefficients.ncols();
         let slopes = Mat::from_fn(rows.len(), count - 1, |i, j| regression.coefficients[(rows[i], j + 1)]);
         let others = beside(&[slopes.as_ref(), shift.as_ref()]);

@@ -87,6 +87,7 @@ impl Ensemble {
         let mean: Vec<f64> = (0..regression.coefficients.nrows()).map(|t| regression.coefficients[(t, 0)]).collect();
         let further = nuisances.columns(record, &mean, rows);
         let corrected = known.correction.get(number);
+        let louder = record.louder(mean.iter().copied());
         let traces: Vec<Vec<f64>> = out
             .iter()
             .map(|run| {
@@ -106,7 +107,9 @@ impl Ensemble {
                             mean[*t]
                                 + unknown.iter().enumerate().map(|(j, amount)| amount * columns[(*t, j)]).sum::<f64>()
                         });
-                        all.traces[number][(*t, *run)] + more - expected[*t] + noise[t - first] + known
+                        all.traces[number][(*t, *run)] + more - expected[*t]
+                            + noise[t - first] * louder.get(*t).unwrap_or(&1.0)
+                            + known
                     })
                     .collect()
             })

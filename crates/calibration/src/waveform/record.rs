@@ -37,6 +37,8 @@ pub(super) struct RecordTrace {
     pub peak: f64,
     /// Standard deviation of a sample of white noise that has the density of the record's up to half the sample rate, m/s.
     pub sigma: f64,
+    /// Standard deviation of what grows with the velocity, over the velocity, in that band.
+    speckle: f64,
     /// Share of that band with noise; the low-pass removed the rest.
     pub band: f64,
     /// Number of independent samples behind σ.
@@ -101,6 +103,7 @@ impl RecordTrace {
             rise: rise(&values[..onset], MOTION * sigma),
             peak,
             sigma,
+            speckle: (comparison.speckle * half).sqrt(),
             band: (comparison.cutoff / half).min(1.0),
             freedom: comparison.noise_freedom.max(2.0),
             corner,
@@ -129,6 +132,12 @@ impl RecordTrace {
         (self.valid, self.spare) = (valid, self.spare - more);
         self.left_out += more;
         true
+    }
+
+    /// Standard deviation of a sample at the velocities `mean`, over σ; empty if it is 1 at all of them.
+    pub(crate) fn louder(&self, mean: impl Iterator<Item = f64>) -> Vec<f64> {
+        let speckle = self.speckle / self.sigma;
+        if speckle > 0.0 { mean.map(|velocity| (speckle * velocity).hypot(1.0)).collect() } else { vec![] }
     }
 
     /// Instant of a place between samples, s.
@@ -261,6 +270,7 @@ mod tests {
             noise_density: 0.0,
             flicker: 0.0,
             rounding: 0.0,
+            speckle: 0.0,
             noise_freedom: 100.0,
             averages: 1,
             reduction,

@@ -87,27 +87,42 @@ impl Regression {
     }
 }
 
-/// Σ = σ² I + U U' over some samples, factored.
+fn divided(rows: MatRef<'_, f64>, by: &[f64]) -> Mat<f64> {
+    Mat::from_fn(rows.nrows(), rows.ncols(), |i, j| rows[(i, j)] / by[i])
+}
+
+/// Σ = σ² D² + U U' over some samples, factored; D is diagonal. It is kept as σ² I + D⁻¹ U U' D⁻¹.
 pub(super) struct Covariance {
+    /// D; empty for I.
+    louder: Vec<f64>,
     columns: Mat<f64>,
     factor: Llt<f64>,
     variance: f64,
 }
 
 impl Covariance {
-    /// Of a standard deviation of white noise and the columns of U.
-    pub(crate) fn of(sigma: f64, columns: Mat<f64>) -> Option<Self> {
+    /// Of a standard deviation of white noise, D and the columns of U.
+    pub(crate) fn of(sigma: f64, louder: Vec<f64>, columns: Mat<f64>) -> Option<Self> {
+        let columns = if louder.is_empty() { columns } else { divided(columns.as_ref(), &louder) };
         let variance = sigma * sigma;
         let mut inner = columns.transpose() * &columns;
         for i in 0..inner.nrows() {
             inner[(i, i)] += variance;
         }
         let factor = inner.llt(Side::Lower).ok()?;
-        Some(Self { columns, factor, variance })
+        Some(Self { louder, columns, factor, variance })
     }
 
     /// a' Σ⁻¹ b for all columns of both.
     pub(crate) fn inner(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+        if self.louder.is_empty() {
+            return self.inner_of_white(a, b);
+        }
+        let [a, b] = [a, b].map(|rows| divided(rows, &self.louder));
+        self.inner_of_white(a.as_ref(), b.as_ref())
+    }
+
+    fn inner_of_white(&self, a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         let (of_a, of_b) = (self.columns.transpose() * a, self.columns.transpose() * b);
         let plain = a.transpose() * b;
         let taken = of_a.transpose() * self.factor.solve(&of_b);
@@ -115,9 +130,11 @@ impl Covariance {
         Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| scale * (plain[(i, j)] - taken[(i, j)]))
     }
 
-    /// Residual of a vector after its most likely amounts of the columns are removed: its noise.
+    /// Residual of a vector after its most likely amounts of the columns are removed, over D: its white noise.
     pub(crate) fn left(&self, vector: MatRef<'_, f64>) -> Mat<f64> {
-        vector - &self.columns * self.factor.solve(self.columns.transpose() * vector)
+        let vector = if self.louder.is_empty() { vector.to_owned() } else { divided(vector, &self.louder) };
+        let of_columns = self.columns.transpose() * &vector;
+        vector - &self.columns * self.factor.solve(of_columns)
     }
 
     /// Effective number of directions of the first `count` columns against the noise: tr of U'U (σ² + U'U)⁻¹.
@@ -231,11 +248,11 @@ mod tests {
         let full = &columns * columns.transpose() + Mat::from_fn(6, 6, |i, j| if i == j { sigma * sigma } else { 0.0 });
         let (a, b) = (Mat::from_fn(6, 2, |_, _| normal(&mut random)), Mat::from_fn(6, 1, |_, _| normal(&mut random)));
         let direct = a.transpose() * full.llt(Side::Lower).unwrap().solve(&b);
-        let covariance = Covariance::of(sigma, columns.clone()).unwrap();
+        let covariance = Covariance::of(sigma, vec![], columns.clone()).unwrap();
         let by_woodbury = covariance.inner(a.as_ref(), b.as_ref());
         assert!((0..2).all(|i| (direct[(i, 0)] - by_woodbury[(i, 0)]).abs() < 1e-12));
         // Against no noise three columns cover three directions.
-        assert!((Covariance::of(1e-6, columns).unwrap().directions(3) - 3.0).abs() < 1e-6);
+        assert!((Covariance::of(1e-6, vec![], columns).unwrap().directions(3) - 3.0).abs() < 1e-6);
     }
 
     #[test]

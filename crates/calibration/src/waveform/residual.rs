@@ -35,7 +35,9 @@ impl Ensemble {
                 [nuisances.columns(record, &mean, rows), nuisances.shift_column(record, &mean, rows)];
             let instrument = beside(&[further.as_ref(), shift.as_ref()]);
             let left = &rest - &instrument * within.covariance.inner(instrument.as_ref(), rest.as_ref());
-            let square = |t: usize| record.band * record.sigma.powi(2) + Self::variance(known, number, regression, t);
+            let louder = record.louder(mean.iter().copied());
+            let sigma = |t: usize| record.sigma * louder.get(t).unwrap_or(&1.0);
+            let square = |t: usize| record.band * sigma(t).powi(2) + Self::variance(known, number, regression, t);
             let level = alpha.map(|alpha| {
                 let slope = self.level_column(regression, alpha, 1.0, rows)?;
                 let information = within.covariance.inner(slope.as_ref(), slope.as_ref())[(0, 0)];
