@@ -6,13 +6,13 @@
 //! neighbouring samples at one level (a drop-out). Impulses are not masked: they repeat, and no stretch that short
 //! explains them.
 
-use std::{ops::Range, str::FromStr};
+use std::{cmp::Ordering, ops::Range, str::FromStr};
 
 use serde::Serialize;
 
-use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series, bridge, spline::cubic};
+use granchain_signal::{Dimension, Gap, LowPass, Quantity, QuantityError, Series, bridge, mean_and_rms, spline::cubic};
 
-use super::baseline::median;
+use super::{RecordKind, baseline::median};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -156,8 +156,17 @@ const LEAPS: (f64, f64) = (8.0, 0.03);
 const REGULAR: f64 = 0.35;
 /// Least difference of a drop-out from its neighbours, over that of 95 of 100 samples and over the peak.
 const UNLIKE: (f64, f64) = (2.0, 0.04);
-/// Longest trigger spike, drive periods.
+/// Longest trigger spike, and from where to where it stands alone after it, drive periods: motion returns and grows.
 const TRIGGER: f64 = 0.1;
+const ALONE: (f64, f64) = (0.25, 2.0);
+/// Largest excursion there, over the spike.
+const SMALLER: f64 = 0.5;
+/// Least jump at an end of a drop-out, over the noise.
+const JUMP: f64 = 8.0;
+/// Largest change of the level of a drop-out, over that jump, or over its standard error.
+const LEVEL: (f64, f64) = (0.1, 4.0);
+/// Least height of a spike, over that of the cusp in which its neighbours' slopes meet.
+const CUSP: f64 = 1.5;
 
 /// Stretches that the user states.
 pub(super) fn stated(series: &Series, stretches: &[[f64; 2]]) -> Vec<(Range<usize>, MaskReason)> {
@@ -181,12 +190,34 @@ fn gap_of(series: &Series, samples: &Range<usize>) -> Gap {
     }
 }
 
+/// Stretches of a record of that kind to be masked; `line` is its drive frequency or strongest line, Hz.
+pub(super) fn found(
+    masking: &Masking,
+    (series, kind): (&Series, RecordKind),
+    line: impl FnOnce() -> Option<f64>,
+) -> Vec<(Range<usize>, MaskReason)> {
+    match masking {
+        Masking::Auto if kind != RecordKind::Hydrophone => {
+            line().map_or_else(Vec::new, |frequency| find(series, frequency, kind == RecordKind::HornTip))
+        }
+        Masking::Stretches(stretches) => stated(series, stretches),
+        _ => Vec::new(),
+    }
+}
+
+/// The same on the clock of the series.
+pub(super) fn placed(series: &Series, found: &[(Range<usize>, MaskReason)]) -> Vec<Masked> {
+    let place = |(samples, reason): &(Range<usize>, MaskReason)| Masked {
+        gap: gap_of(series, samples),
+        samples: samples.len(),
+        reason: *reason,
+    };
+    found.iter().map(place).collect()
+}
+
 /// Bridge the samples that are masked.
 pub(super) fn apply(series: &mut Series, found: &[(Range<usize>, MaskReason)]) -> Vec<Masked> {
-    let masked: Vec<Masked> = found
-        .iter()
-        .map(|(samples, reason)| Masked { gap: gap_of(series, samples), samples: samples.len(), reason: *reason })
-        .collect();
+    let masked = placed(series, found);
     bridge(series, &masked.iter().map(|masked| masked.gap).collect::<Vec<_>>());
     masked
 }
@@ -242,7 +273,8 @@ pub(super) fn find(series: &Series, frequency: f64, of_horn: bool) -> Vec<(Range
     let mut found = before_motion(series, first_motion, period, peak);
     let mut repaired = series.clone();
     apply(&mut repaired, &found);
-    let search = |cutoff| Search { period, cutoff, block, first_motion, last_motion, peak, of_horn };
+    let noise = rest_noise(&repaired.values, first_motion.saturating_sub((CLEAR * period) as usize));
+    let search = |cutoff| Search { period, cutoff, block, first_motion, last_motion, peak, noise, of_horn };
     for cutoff in cutoffs {
         for _ in 0..MOST_STRETCHES {
             let Some(further) = search(cutoff).next(&repaired, &found) else { break };
@@ -305,6 +337,14 @@ fn from_differences(values: &[f64]) -> f64 {
     median(&values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect::<Vec<_>>()) / 0.954
 }
 
+/// σ of the samples at rest, or of all samples by their differences.
+fn rest_noise(values: &[f64], quiet: usize) -> f64 {
+    match &values[..quiet] {
+        quiet if quiet.len() >= 32 => deviation(quiet, median(quiet)),
+        _ => from_differences(values),
+    }
+}
+
 /// Short excursions from rest before the motion.
 fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -> Vec<(Range<usize>, MaskReason)> {
     let until = first_motion.saturating_sub((CLEAR * period) as usize);
@@ -313,8 +353,14 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
         return Vec::new();
     }
     let level = median(quiet);
-    let deviation = deviation(quiet, level);
+    // Half the converter's step where that shows.
+    let steps = quiet.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    let deviation = f64::max(deviation(quiet, level), 0.5 * steps.fold(f64::INFINITY, f64::min).min(peak));
     let limit = f64::max(LEAPS.0 * deviation, LEAPS.1 * peak);
+    let largest = |samples: Range<usize>| {
+        let samples = samples.start.min(series.len())..samples.end.min(series.len());
+        series.values[samples].iter().map(|x| (x - level).abs()).fold(0.0, f64::max)
+    };
     let longest = (TRIGGER * period).ceil() as usize;
     let mut found = Vec::new();
     let mut i = 0;
@@ -327,7 +373,8 @@ fn before_motion(series: &Series, first_motion: usize, period: f64, peak: f64) -
         let at_rest = |x: &f64| (x - level).abs() <= f64::max(3.0 * deviation, 0.1 * limit);
         let past = quiet[i..].iter().position(at_rest).map_or(until, |n| i + n);
         let first = quiet[..i].iter().rposition(at_rest).map_or(0, |before| before + 1);
-        if past - first <= longest {
+        let after = [ALONE.0, ALONE.1].map(|periods| past + (periods * period) as usize);
+        if past - first <= longest && largest(after[0]..after[1]) < SMALLER * largest(first..past) {
             found.push((first..past, MaskReason::TriggerSpike));
         }
         i = past.max(i + 1);
@@ -342,6 +389,7 @@ struct Search {
     first_motion: usize,
     last_motion: usize,
     peak: f64,
+    noise: f64,
     of_horn: bool,
 }
 
@@ -454,15 +502,42 @@ impl Search {
             }
         }
         options.extend(self.flat(&local, at, is_known).into_iter().map(|samples| (samples, MaskReason::SignalLost)));
-        // First what was lost: a short stretch at its edge may explain the jump, and leaves the rest.
-        options.sort_by_key(|(samples, reason)| (*reason, samples.len()));
+        // First what was lost, the stretch whose level is best known: good samples on the other side of its jump explain that too.
+        let level_error = |samples: &Range<usize>| {
+            let (_, rms) = mean_and_rms(&local.values[samples.clone()]);
+            (rms + self.noise + 1e-3 * self.peak) / (samples.len() as f64).sqrt()
+        };
+        options.sort_by(|(a, first), (b, second)| match first.cmp(second) {
+            Ordering::Equal if *first == MaskReason::SignalLost => level_error(a).total_cmp(&level_error(b)),
+            Ordering::Equal => a.len().cmp(&b.len()),
+            unlike => unlike,
+        });
         let motion = self.motion(series.len());
         let last = |reason: &MaskReason| if *reason == MaskReason::Spike { motion.end } else { self.last_motion };
         let inside = |(samples, reason): &(Range<usize>, MaskReason)| {
             samples.start + from >= motion.start && samples.end + from <= last(reason)
         };
-        let (samples, reason) = options.into_iter().find(|option| inside(option) && left(&option.0) <= allowed)?;
+        let moved = |(samples, reason): &(Range<usize>, MaskReason)| match reason {
+            MaskReason::Spike => !self.is_cusp(&local, samples),
+            _ => self.jumps(&local.values, samples),
+        };
+        let (samples, reason) =
+            options.into_iter().find(|option| inside(option) && moved(option) && left(&option.0) <= allowed)?;
         Some((samples.start + from..samples.end + from, reason))
+    }
+
+    /// Whether some samples are no higher than the cusp in which the slopes on either side meet: a collision.
+    fn is_cusp(&self, local: &Series, samples: &Range<usize>) -> bool {
+        let values = &local.values;
+        let (Some(first), last) = (samples.start.checked_sub(3), samples.end + 2) else { return true };
+        if last >= values.len() {
+            return true;
+        }
+        let slopes = [(first, samples.start - 1), (samples.end, last)].map(|(a, b)| 0.5 * (values[b] - values[a]));
+        let mut mended = local.clone();
+        bridge(&mut mended, &[gap_of(local, samples)]);
+        let height = samples.clone().map(|i| (values[i] - mended.values[i]).abs()).fold(0.0, f64::max);
+        height <= CUSP * 0.25 * (samples.len() + 1) as f64 * (slopes[1] - slopes[0]).abs()
     }
 
     /// Stretches at rest while neighbouring periods move at the same phase: a drop-out without a jump is visible in
@@ -475,7 +550,7 @@ impl Search {
             cubic([-1, 0, 1, 2].map(|k| values[(whole + k).clamp(0, count - 1) as usize]), part)
         };
         let rest = median(&values[..usize::min(self.first_motion, values.len())]);
-        let noise = self.noise(values);
+        let noise = self.noise;
         // Of motions that repeat after one, two or three periods.
         let unlike = |periods: usize| -> Vec<f64> {
             let lag = periods as f64 * self.period;
@@ -522,7 +597,7 @@ impl Search {
             let first = (0..i).rev().take_while(|&k| still(k)).last().unwrap_or(i);
             let past = (i..values.len()).find(|&k| !still(k)).unwrap_or(values.len());
             let beyond = (first..past).filter(|&k| residual[k].abs() > limit).count();
-            if beyond >= 2 && ((past - first) as f64) < LOST * self.period {
+            if beyond >= 2 && ((past - first) as f64) < LOST * self.period && self.jumps(values, &(first..past)) {
                 found.push((first..past, MaskReason::SignalLost));
             }
             i = past.max(i + 1);
@@ -530,13 +605,24 @@ impl Search {
         found
     }
 
-    /// σ of the samples at rest, or of all samples by their differences.
-    fn noise(&self, values: &[f64]) -> f64 {
-        let quiet = &values[..self.first_motion.saturating_sub((CLEAR * self.period) as usize)];
-        if quiet.len() >= 32 {
-            return deviation(quiet, median(quiet));
-        }
-        from_differences(values)
+    /// Whether some samples stay at one level that the signal leaves, or reaches, by a jump: within one sample or two,
+    /// whereas motion that begins steeply goes on as steeply.
+    fn jumps(&self, values: &[f64], lost: &Range<usize>) -> bool {
+        let inside = &values[lost.clone()];
+        let (level, half) = (median(inside), inside.len() / 2);
+        let drift = (mean_and_rms(&inside[..half]).0 - mean_and_rms(&inside[inside.len() - half..]).0).abs();
+        let drift = drift - LEVEL.1 * self.noise * (2.0 / half as f64).sqrt();
+        let beyond = |k: usize, ahead: bool| match ahead {
+            true => values.get(lost.end + k),
+            false => lost.start.checked_sub(k + 1).map(|at| &values[at]),
+        };
+        let jumps = |(k, ahead): (usize, bool)| {
+            let (Some(first), Some(last)) = (beyond(k, ahead), beyond(k + 2, ahead)) else { return false };
+            let continued = (k + 1) as f64 * 0.5 * (last - first);
+            let jump = (first - level - continued).abs();
+            jump > f64::max(JUMP * self.noise, continued.abs()) && drift <= LEVEL.0 * jump
+        };
+        [(0, true), (0, false), (1, true), (1, false)].into_iter().any(jumps)
     }
 
     /// Stretches at one level that begin or end next to `at`; they may include samples already masked.

@@ -358,8 +358,8 @@ impl Notes {
             self.assume(format!("masked: {text} (mask)"));
         } else {
             self.warn(format!(
-                "masked, as no motion looks like it: {text}; bridged here and in every simulated run alike; to use these samples pass --read mask=none, \
-                 to choose others --read mask=FROM:TO,…"
+                "masked, as no motion looks like it: {text}; a fit bridges them, in the record and in every simulated run alike; to use these \
+                 samples pass --read mask=none, to choose others --read mask=FROM:TO,…"
             ));
         }
     }

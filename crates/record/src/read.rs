@@ -13,8 +13,7 @@ use super::{
     baseline::{FEWEST_PERIODS, FEWEST_QUIET, plateau_mean, quiet_lead, without_drift},
     binary,
     column::{Column, is_of, is_peak_detect},
-    encoding, estimate, header, line,
-    mask::{self, Masking},
+    encoding, estimate, header, line, mask,
     noise::{noise, noise_band, speckle},
     notes::{Notes, hertz, to_three_figures, written},
     place::SampleLines,
@@ -223,13 +222,8 @@ pub fn read_record_bytes(
     // Rounded to nothing where the axis is meant to hold the trigger.
     let before_trigger = raw.values.len().min((((trigger - start) / step) - 1e-6).ceil().max(0.0) as usize);
     let line_of_raw = || stated_drive_frequency.or_else(|| line::strongest_line(&raw));
-    let found = match (&options.mask, line_of_raw()) {
-        (Masking::Auto, Some(frequency)) if kind != RecordKind::Hydrophone => {
-            mask::find(&raw, frequency, kind == RecordKind::HornTip)
-        }
-        (Masking::Stretches(stretches), _) => mask::stated(&raw, stretches),
-        _ => Vec::new(),
-    };
+    let quantisation_step = quantisation_step(&raw.values);
+    let found = mask::found(&options.mask, (&raw, kind), line_of_raw);
     let mut masked = mask::apply(&mut raw, &found);
     masked.iter_mut().for_each(|masked| masked.gap = masked.gap.later(-trigger - delay));
     let share = masked.iter().map(|masked| masked.samples).sum::<usize>() as f64 / raw.len() as f64;
@@ -326,7 +320,6 @@ pub fn read_record_bytes(
     if kind == RecordKind::Hydrophone {
         refuse_absurd_pressure(path, &series, table.chosen.volts)?;
     }
-    let quantisation_step = quantisation_step(&raw.values);
     let (recorded_noise_rms, noise_source) = noise(&raw, pretrigger, quantisation_step, bandwidth);
     let integrated = kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity;
     let noise_rms = match noise_source {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use granchain_signal::{Dimension, InstrumentResponse, Quantity, Series};
 
 use super::{
-    HornDrive, Masked, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line,
-    noise::noise_band, notes::to_three_figures,
+    HornDrive, Masked, Masking, MeasurementError, NoiseSource, ReadOptions, RecordKind, horn_drive::Recorded, line,
+    mask, noise::noise_band, notes::to_three_figures,
 };
 
 /// Quantity of the file's column.
@@ -183,6 +183,14 @@ impl Record {
         let place = if given { "--drive-frequency" } else { "the file's header" };
         let line = line().filter(|_| !given).map_or_else(String::new, |line| format!(":{line}"));
         Err(MeasurementError::FrequencyDisagrees { path: self.path.clone(), line, stated, place, found })
+    }
+
+    /// Samples that such a mask replaces in a record that was read without one, in words; `None` if there are none.
+    #[must_use]
+    pub fn would_mask(&self, masking: &Masking) -> Option<String> {
+        let line = || self.stated_drive_frequency.or_else(|| line::strongest_line(&self.raw));
+        let found = mask::found(masking, (&self.raw, self.kind), line);
+        (!found.is_empty()).then(|| mask::in_words(&mask::placed(&self.raw, &found)))
     }
 
     /// Refuses a record with fewer than 4 samples a cycle of `drive_frequency` (Hz).
