@@ -78,6 +78,14 @@ fn with_value(flag: &str, value: &str) -> String {
     }
 }
 
+/// Flags that name a column of time and its unit; of a likely one as they are typed.
+pub(super) fn time_flags(likely: Option<&(String, &'static str)>) -> String {
+    match likely {
+        Some((column, unit)) => format!("{} --read time_unit={unit}", with_value("--read time_column=NAME", column)),
+        None => "--read time_column=NAME and --read time_unit=UNIT".into(),
+    }
+}
+
 pub(super) fn times(announced: usize, found: usize) -> String {
     format!("{found}, {} times as many", found / announced.max(1))
 }
@@ -92,14 +100,12 @@ impl MeasurementError {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }
 
-    /// The error, with the column that may be time where none is.
-    pub(super) fn with_likely_time(self, column: &str) -> Self {
+    /// Whether a column of time is missing, alone or among others.
+    pub(super) fn lacks_time(&self) -> bool {
         match self {
-            Self::NoTime { place, columns, .. } => Self::NoTime { place, columns, likely: Some(column.into()) },
-            Self::Several(errors) => {
-                Self::Several(errors.into_iter().map(|error| error.with_likely_time(column)).collect())
-            }
-            other => other,
+            Self::NoTime { .. } => true,
+            Self::Several(errors) => errors.iter().any(Self::lacks_time),
+            _ => false,
         }
     }
 
@@ -131,9 +137,8 @@ impl MeasurementError {
             Self::Segments { wanted: None, .. } | Self::Universal(UniversalError::Several { wanted: None, .. }) => {
                 "--read dataset=N".into()
             }
-            Self::NoTime { likely: Some(column), .. } => {
-                format!("{} --read time_unit=UNIT", with_value("--read time_column=NAME", column))
-            }
+            Self::NoTime { likely: likely @ Some(_), .. } => time_flags(likely.as_ref()),
+            Self::Ramp { .. } => "--channel NAME".into(),
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),

@@ -148,6 +148,14 @@ fn trace_figure(series: &Series, features: &Features, quantity: &str) -> Figure 
         .panel(panel)
 }
 
+/// Whether a line may be a side lobe of the drive's: the window is short of four periods of their difference, and the line not above twice
+/// Hann's envelope there, 1/(πx(x² − 1)) for x periods.
+fn is_leakage(line: &Line, features: &Features) -> bool {
+    let periods = (line.frequency_hz - features.drive_frequency_hz).abs() * features.window.duration();
+    let envelope = if periods < 1.5 { 1.0 } else { 1.0 / (std::f64::consts::PI * periods * (periods * periods - 1.0)) };
+    periods < 4.0 && line.relative < 2.0 * envelope
+}
+
 /// The lines at fractions and multiples of the drive frequency, amplitudes in `unit`, which is `factor` times the SI's number.
 #[must_use]
 pub fn lines_table(features: &Features, (factor, unit): (f64, &str)) -> Table {
@@ -155,6 +163,7 @@ pub fn lines_table(features: &Features, (factor, unit): (f64, &str)) -> Table {
         let remark = match line.ratio {
             _ if line.below_noise_floor => "not above the floor",
             Ratio::ONE => "drive",
+            _ if is_leakage(line, features) => "leakage of the drive line",
             _ => "",
         };
         let sizes = [significant(factor * line.amplitude, 4), significant(line.relative, 3), fixed(line.db, 1)];
