@@ -210,6 +210,8 @@ with h5py.File("chunks.h5", "w") as file:
     scope["time_s"] = t
     scope.create_dataset("vibrometer", data=v.astype(">f4"), chunks=(64,), compression="gzip", shuffle=True, fletcher32=True).attrs["unit"] = "mm/s"
     file["about"] = "text"
+with h5py.File("contradiction.h5", "w") as file:
+    file.create_dataset("vibrometer", data=v[:40]).attrs.update({"unit": "V", "fs": 1 / STEP, "dt": 1e3 * STEP})
 with h5py.File("columns.h5", "w", libver=("v110", "v110")) as file:
     file.create_dataset("record", data=np.column_stack([t, 1e3 * v]), chunks=(64, 2), compression="lzf")
 with h5py.File("infiniium.h5", "w") as file:

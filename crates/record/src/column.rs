@@ -63,8 +63,8 @@ fn opening(text: &str, open: char, close: char) -> Option<usize> {
 
 /// Whether a name is that of a sample counter.
 pub(super) fn is_counter(name: &str) -> bool {
-    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point", "scan"]
-        .contains(&name.trim().to_lowercase().as_str())
+    let names = ["", "#", "n", "nr", "nr.", "no", "no.", "number", "nummer", "id", "index", "row", "count", "counter"];
+    names.into_iter().chain(["sample", "samples", "point", "points", "scan"]).any(|it| it == name.trim().to_lowercase())
 }
 
 impl Column {
@@ -405,34 +405,6 @@ pub(super) fn choose(
         }
     }
     Ok(Chosen { time, several, value, time_factor, value_unit, volts })
-}
-
-/// Chooses as [`choose`] does. Where a column of time is missing, the error names the `likely` one with its likely unit, and what is missing
-/// besides once that is the time.
-pub(super) fn choose_or_propose(
-    place: &Place,
-    columns: &mut [Column],
-    kind: RecordKind,
-    options: &ReadOptions,
-    timed: bool,
-    stated: Option<Sensitivity>,
-    likely: impl FnOnce(&[Column]) -> Option<(usize, &'static str)>,
-) -> Result<Chosen, MeasurementError> {
-    let mut untouched = columns.to_vec();
-    choose(place, columns, kind, options, timed, stated).map_err(|error| {
-        let Some((at, unit)) = likely(&untouched).filter(|_| error.lacks_time()) else { return error };
-        let header = untouched[at].header.clone();
-        let columns = untouched.iter().map(|column| column.header.clone()).collect();
-        let lacking = MeasurementError::NoTime { place: place.clone(), columns, likely: Some((header.clone(), unit)) };
-        let then = ReadOptions { time_column: Some(header), time_unit: Some("s".into()), ..options.clone() };
-        match choose(place, &mut untouched, kind, &then, true, stated) {
-            Ok(_) => lacking,
-            Err(MeasurementError::Several(rest)) => {
-                MeasurementError::of_all([lacking].into_iter().chain(rest).collect())
-            }
-            Err(rest) => MeasurementError::of_all(vec![lacking, rest]),
-        }
-    })
 }
 
 pub(super) fn ambiguous(place: &Place, columns: &[Column], found: &[usize], flag: &'static str) -> MeasurementError {

@@ -27,9 +27,10 @@ const NEAR_FULL_SCALE: f64 = 0.98;
 /// Peak below which poor resolution is suspected, as a fraction of full scale.
 const NEAR_NOTHING: f64 = 0.02;
 
-/// Highest frequency of a strongest line, Hz: a steel bead of 1 mm rings at 3 MHz, hydrophones end at 100 MHz.
-const HIGHEST_OF_MOTION: f64 = 1e7;
-const HIGHEST_OF_PRESSURE: f64 = 1e8;
+/// Lowest and highest frequency of a strongest line, Hz: horns begin at some kHz, a steel bead of 1 mm rings at 3 MHz, strong ultrasound ends at
+/// 20 MHz. A horn of 20 to 100 kHz leaves both with a unit of time that is wrong by 1000.
+const LINES_OF_MOTION: (f64, f64) = (1e2, 1e7);
+const LINES_OF_PRESSURE: (f64, f64) = (1e2, 3e7);
 
 /// Noise of a horn tip that affects the chain's response, as a fraction of its peak: 1 nm of 1 µm changes peaks by
 /// some per cent.
@@ -97,14 +98,17 @@ impl Notes {
     /// A unit of time that is wrong by a power of ten: of the drive's `stated` frequency (Hz) less than a period in a record of `duration` (s), or a
     /// strongest `line` that no bead can have.
     pub(super) fn about_time(&mut self, stated: Option<f64>, line: Option<f64>, duration: f64, kind: RecordKind) {
-        let highest = if kind == RecordKind::Hydrophone { HIGHEST_OF_PRESSURE } else { HIGHEST_OF_MOTION };
+        let (lowest, highest) = if kind == RecordKind::Hydrophone { LINES_OF_PRESSURE } else { LINES_OF_MOTION };
         let found = match (stated, line) {
             (Some(stated), _) if stated * duration < 1.0 => {
                 format!("the record lasts {:.2e} periods of the drive's {}", stated * duration, hertz(stated))
             }
-            (None, Some(line)) if line > highest => {
-                let [line, highest] = [line, highest].map(|it| to_three_figures(it, Dimension::FREQUENCY));
-                format!("the strongest line lies at {line}, above {highest}, where no such record has one")
+            (None, Some(line)) if !(lowest..=highest).contains(&line) => {
+                let [line, lowest, highest] =
+                    [line, lowest, highest].map(|it| to_three_figures(it, Dimension::FREQUENCY));
+                format!(
+                    "the strongest line lies at {line}, not between {lowest} and {highest}, where such a record has it"
+                )
             }
             _ => return,
         };
@@ -255,7 +259,7 @@ impl Notes {
         let resolve =
             "what lies above half the sample rate is folded down and short peaks are lost; export all samples";
         let preamble = table.form.preamble();
-        match preamble.and_then(|preamble| preamble.interval) {
+        match preamble.and_then(|preamble| preamble.interval).or(table.stated_step) {
             Some(interval) if raw.step > 1.5 * interval => self.warn(format!(
                 "the preamble states a sample every {interval:.4e} s, the rows hold one every {:.4e} s: the instrument \
                  thinned the record out, so {resolve}",

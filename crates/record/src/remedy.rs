@@ -2,7 +2,12 @@
 
 use granchain_signal::Dimension;
 
-use super::{MeasurementError, RecordKind, column::Column, shell::shell_word, universal::UniversalError};
+use super::{
+    MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
+    column::{Chosen, Column, choose},
+    shell::shell_word,
+    universal::UniversalError,
+};
 
 pub(super) fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -88,6 +93,34 @@ pub(super) fn time_flags(likely: Option<&(String, &'static str)>) -> String {
 
 pub(super) fn times(announced: usize, found: usize) -> String {
     format!("{found}, {} times as many", found / announced.max(1))
+}
+
+/// Chooses as `column::choose` does. Where a column of time is missing, the error names the `likely` one with its likely unit, and what is missing
+/// besides once that is the time.
+pub(super) fn choose_or_propose(
+    place: &Place,
+    columns: &mut [Column],
+    kind: RecordKind,
+    options: &ReadOptions,
+    timed: bool,
+    stated: Option<Sensitivity>,
+    likely: impl FnOnce(&[Column]) -> Option<(usize, &'static str)>,
+) -> Result<Chosen, MeasurementError> {
+    let mut untouched = columns.to_vec();
+    choose(place, columns, kind, options, timed, stated).map_err(|error| {
+        let Some((at, unit)) = likely(&untouched).filter(|_| error.lacks_time()) else { return error };
+        let header = untouched[at].header.clone();
+        let columns = untouched.iter().map(|column| column.header.clone()).collect();
+        let lacking = MeasurementError::NoTime { place: place.clone(), columns, likely: Some((header.clone(), unit)) };
+        let then = ReadOptions { time_column: Some(header), time_unit: Some("s".into()), ..options.clone() };
+        match choose(place, &mut untouched, kind, &then, true, stated) {
+            Ok(_) => lacking,
+            Err(MeasurementError::Several(rest)) => {
+                MeasurementError::of_all([lacking].into_iter().chain(rest).collect())
+            }
+            Err(rest) => MeasurementError::of_all(vec![lacking, rest]),
+        }
+    })
 }
 
 /// The flags that resolve all errors; `None` if no flag resolves one of them.

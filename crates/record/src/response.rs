@@ -2,14 +2,9 @@
 
 use std::path::Path;
 
-use granchain_signal::{Dimension, InstrumentResponse};
+use granchain_signal::InstrumentResponse;
 
-use super::{
-    DecimalSign, MeasurementError, ReadingError,
-    column::{Column, parse_unit},
-    decimal, encoding,
-    read::read_file,
-};
+use super::{DecimalSign, MeasurementError, ReadingError, column::Column, decimal, encoding, read::read_file};
 
 /// What `response` states: a filter, rows, or a file with a table.
 pub(super) fn stated(text: &str) -> Result<InstrumentResponse, ReadingError> {
@@ -45,38 +40,29 @@ fn rows(text: &str) -> Option<String> {
         let found = decimal::number(cell, DecimalSign::Point).or_else(|| decimal::number(cell, DecimalSign::Comma));
         found.filter(|value| value.is_finite())
     };
-    let unit = |header: &str| Column::from_header(header).unit_text.unwrap_or_default();
-    let mut units: Option<Vec<String>> = None;
+    // Frequency, magnitude and phase as the header has them; a third column may be something else.
+    let units_of = |names: &[&str]| {
+        let lower = |at: usize| names.get(at).map(|name| name.to_lowercase()).unwrap_or_default();
+        let hertz = [("ghz", "GHz"), ("mhz", "MHz"), ("khz", "kHz"), ("hz", "Hz")];
+        let (_, frequency) = hertz.into_iter().find(|(word, _)| lower(0).contains(word))?;
+        let is_level = lower(1).contains("(db") || lower(1).contains("[db") || lower(1).contains("_db");
+        let of_magnitude = || Column::from_header(names[1]).unit_text.unwrap_or_default();
+        let phase =
+            [("deg", "deg"), ("°", "deg"), ("rad", "rad")].into_iter().find(|(word, _)| lower(2).contains(word));
+        let magnitude = if is_level { "dB".to_owned() } else { of_magnitude() };
+        Some((names.len(), frequency, magnitude, phase.map(|(_, unit)| unit)))
+    };
+    let mut units = None;
     let mut rows = Vec::new();
     for line in text.lines() {
         let cells = cells(line);
         let numbers: Option<Vec<f64>> = cells.iter().map(|cell| number(cell)).collect();
-        match (numbers, &units) {
-            (Some(numbers), Some(units)) if numbers.len() >= 2 && numbers.len() <= units.len() => {
-                let mut row = format!("{}{}", numbers[0], units[0]);
-                for (value, unit) in numbers.iter().zip(units).skip(1).take(2).filter(|(_, unit)| !unit.is_empty()) {
-                    row += &format!(":{value}{unit}");
-                }
-                rows.push(row);
+        match (numbers.as_deref(), &units) {
+            (Some([frequency, magnitude, rest @ ..]), Some((width, of, unit, phase))) if rest.len() + 2 <= *width => {
+                let phase = rest.first().zip(*phase).map(|(value, unit)| format!(":{value}{unit}"));
+                rows.push(format!("{frequency}{of}:{magnitude}{unit}{}", phase.unwrap_or_default()));
             }
-            _ if cells.len() >= 2 && rows.is_empty() => {
-                let frequency = unit(cells[0]);
-                if parse_unit(&frequency).is_ok_and(|unit| unit.dimension == Dimension::FREQUENCY) {
-                    let of = |(at, name): (usize, &&str)| {
-                        let unit = unit(name);
-                        let lower = name.to_lowercase();
-                        match at {
-                            0 => frequency.replace("hz", "Hz").replace("khz", "kHz").replace("mHz", "MHz"),
-                            1 if unit.contains("dB") || lower.contains("_db") => "dB".into(),
-                            1 => unit,
-                            2 if lower.contains("deg") || lower.contains('°') => "deg".into(),
-                            2 if lower.contains("rad") => "rad".into(),
-                            _ => String::new(),
-                        }
-                    };
-                    units = Some(cells.iter().enumerate().map(of).collect());
-                }
-            }
+            _ if cells.len() >= 2 && rows.is_empty() => units = units_of(&cells).or(units),
             _ => {}
         }
     }
@@ -98,7 +84,7 @@ mod tests {
                 "Frequency (kHz);Sensitivity (mV/MPa);Phase (deg)\n100;52,5;-3\n200;50;-6,5\n",
                 "100kHz:52.5mV/MPa:-3deg\n200kHz:50mV/MPa:-6.5deg",
             ),
-            ("frequency_Hz,sensitivity_db,uncertainty_pct\n1e5,-2,10\n2e5,-3,10\n", "100000Hz:-2dB\n200000Hz:-3dB"),
+            ("frequency_hz,sensitivity_db,uncertainty_pct\n1e5,-2,10\n2e5,-3,10\n", "100000Hz:-2dB\n200000Hz:-3dB"),
         ] {
             assert_eq!(rows(text).as_deref(), Some(expected));
             assert!(expected.parse::<InstrumentResponse>().is_ok(), "{expected}");

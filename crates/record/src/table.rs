@@ -10,7 +10,7 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
     Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary, clock,
-    column::{Chosen, Column, choose_or_propose, is_counter},
+    column::{Chosen, Column, is_counter},
     decimal::{self, Exact, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
@@ -18,7 +18,7 @@ use super::{
     names::{Header, counts, has_numbers, rises},
     place::SampleLines,
     preamble::{self, Preamble},
-    remedy::listed,
+    remedy::{choose_or_propose, listed},
     samples::{BRIDGED, Gap, Taking},
     sampling, separated,
     universal::{self, UniversalText},
@@ -50,6 +50,8 @@ pub(super) struct Table {
     pub origin: Option<(Exact, f64)>,
     /// First instant and step (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
+    /// Sample interval that comments state, s.
+    pub stated_step: Option<f64>,
     /// Unit of the last digit of uneven instants, s; 0 if they are even, or if unknown.
     pub digit: f64,
     pub values: Vec<f64>,
@@ -272,7 +274,7 @@ pub(super) fn read(
     }
     let refused = |text| MeasurementError::Instrument { path: path.into(), text };
     let by_lines = by_lines && chosen.time.is_none() && own.is_none();
-    let header_step = if by_lines { stated_step.map_err(refused)? } else { None };
+    let header_step = if by_lines { stated_step.clone().map_err(refused)? } else { None };
     let grid = own.or(grid).or(header_step.map(|step| (0.0, step)));
 
     let counter = preamble.as_ref().and_then(|preamble| preamble.counter).filter(|it| chosen.time == Some(it.0));
@@ -350,6 +352,7 @@ pub(super) fn read(
         origin: None,
         grid: grid.filter(|_| chosen.time.is_none()),
         digit: 0.0,
+        stated_step: stated_step.unwrap_or_default(),
         chosen,
         values: Vec::with_capacity(expected),
         lines: SampleLines::default(),

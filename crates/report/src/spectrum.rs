@@ -205,3 +205,40 @@ pub fn csv(spectrum: &AmplitudeSpectrum, features: &Features) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use granchain_signal::feature::{FeatureSettings, Window, measure};
+
+    use super::*;
+
+    /// Lines of a tone of that many cycles, with a second line at 2/3 of its frequency.
+    fn remarks(cycles: f64, second: f64) -> Vec<(Ratio, bool)> {
+        let value = |i: usize| {
+            let phase = std::f64::consts::TAU * 73e3 * 2e-7 * i as f64;
+            phase.sin() + second * (2.0 / 3.0 * phase).sin()
+        };
+        let series = Series::new(0.0, 2e-7, (0..(cycles / 73e3 / 2e-7) as usize).map(value).collect());
+        let settings = FeatureSettings {
+            drive_frequency: 73e3,
+            window: Some(Window::whole(&series)),
+            noise_rms: 0.0,
+            noise_bandwidth: None,
+            band: None,
+            unit: "m/s".into(),
+        };
+        let features = measure(&series, &settings).unwrap();
+        let loud = features.lines.iter().filter(|line| line.relative > 1e-3 && line.ratio != Ratio::ONE);
+        loud.map(|line| (line.ratio, is_leakage(line, &features))).collect()
+    }
+
+    #[test]
+    fn side_lobes_of_a_short_window_are_called_leakage_and_lines_are_not() {
+        let short = remarks(8.3, 0.0);
+        assert!(short.len() > 2 && short.iter().all(|(_, leakage)| *leakage), "{short:?}");
+        let long = remarks(60.0, 0.0);
+        assert!(long.iter().all(|(_, leakage)| !leakage), "{long:?}");
+        let is_line = |(ratio, leakage): &(Ratio, bool)| (ratio.to_string() == "2/3").then_some(!leakage);
+        assert_eq!(remarks(8.3, 0.5).iter().find_map(is_line), Some(true));
+    }
+}

@@ -34,8 +34,9 @@ use granchain_signal::number;
 
 use super::{
     MeasurementError, Place, ReadOptions, RecordKind,
-    column::{Column, choose_or_propose},
+    column::Column,
     place::SampleLines,
+    remedy::choose_or_propose,
     samples::{self, OVER_RANGE},
     sampling,
     table::{Form, Table, guess_kind},
@@ -234,6 +235,7 @@ fn table(
         times,
         origin: None,
         digit: 0.0,
+        stated_step: None,
         values,
         lines: SampleLines::default(),
         bridged: 0,

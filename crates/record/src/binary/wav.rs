@@ -61,7 +61,7 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
     let bits = 8 * bytes_of_sample;
     let kind = match (code, bytes_of_sample) {
         (COUNTS, 1) => Some(Sample::Unsigned(1)),
-        (COUNTS, 2 | 4) => Some(Sample::Signed(bytes_of_sample)),
+        (COUNTS, 2 | 4 | 8) => Some(Sample::Signed(bytes_of_sample)),
         (COUNTS, 3) => None,
         (FLOATS, 4 | 8) => Some(Sample::Float(bytes_of_sample)),
         _ => return Err(wrong(&format!("the format {code} with {bits} bits"))),

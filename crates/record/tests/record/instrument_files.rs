@@ -158,6 +158,9 @@ fn two_clocks_that_contradict_each_other_are_named_and_a_stated_rate_decides() {
     for part in ["`fs`", "`dt`", "0.2 µs", "200 µs", "--sample-rate RATE"] {
         assert!(message.contains(part), "{part}: {message}");
     }
+    let attributes =
+        read_record(&file("contradiction.h5"), RecordKind::Vibrometer, &options()).unwrap_err().to_string();
+    assert!(attributes.contains("`fs`") && attributes.contains("`dt`"), "{attributes}");
     let raw = read(&ReadOptions { sample_rate: Some(5e6), ..options() }).unwrap().raw;
     assert!(raw.len() == 400 && (raw.step / 2e-7 - 1.0).abs() < 1e-12);
 }
@@ -186,6 +189,25 @@ fn complex_samples_of_tektronix_are_refused() {
     let refused = read_record_bytes(Path::new("a.wfm"), &bytes, Some(RecordKind::Vibrometer), &options());
     let message = refused.unwrap_err().to_string();
     assert!(message.contains("complex") && message.contains("save the channel itself"), "{message}");
+}
+
+#[test]
+fn histograms_and_extrema_are_no_records() {
+    let of = |name: &str, at: usize, value: u8| {
+        let mut bytes = fs::read(file(name)).unwrap();
+        bytes[at] = value;
+        read_record_bytes(Path::new("a.bin"), &bytes, Some(RecordKind::Vibrometer), &channel("1"))
+            .unwrap_err()
+            .to_string()
+    };
+    for (name, at, value, named) in [
+        ("averaged.trc", 11 + 316, 5, "complex"),
+        ("averaged.trc", 11 + 316, 6, "extrema"),
+        ("two-channels.bin", 12 + 4, 4, "histogram"),
+    ] {
+        let message = of(name, at, value);
+        assert!(message.contains(named), "{name}: {message}");
+    }
 }
 
 #[test]

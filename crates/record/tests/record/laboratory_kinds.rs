@@ -87,6 +87,13 @@ fn lines_above_that_state_two_rates_are_refused_and_one_is_a_clock() {
     // Instants in the rows are what was measured.
     let timed = file("# fs: 1 MHz\n# dt: 1 ms\ntime_s,CH1 (V)", 400, |i| format!("{:.6},{:.6}", instant(i), volts(i)));
     assert_record(&read("a.csv", &timed, &scaled()).unwrap(), 400, -1e-4, 1e-6, 1.0);
+    for (stated, contradicts) in [("1 MHz", false), ("1 kHz", true)] {
+        let head = format!("# Sample rate: {stated}\ntime_s,CH1 (V)");
+        let record =
+            read("a.csv", &file(&head, 400, |i| format!("{:.6},{:.6}", instant(i), volts(i))), &scaled()).unwrap();
+        assert_record(&record, 400, -1e-4, 1e-6, 1.0);
+        assert_eq!(record.warnings.iter().any(|it| it.contains("check which is right")), contradicts, "{stated}");
+    }
 }
 
 #[test]
@@ -203,6 +210,8 @@ fn a_unit_of_time_that_is_wrong_by_powers_of_ten_is_warned_of() {
     let driven = ReadOptions { drive_frequency: Some(31e3), ..ReadOptions::default() };
     assert!(!warned(1e3, &ReadOptions::default()) && !warned(1e3, &driven));
     assert!(warned(1.0, &ReadOptions::default()) && warned(1.0, &driven));
+    // Microseconds in a column of milliseconds: a line of 31 Hz.
+    assert!(warned(1e6, &ReadOptions::default()));
     let typed = ReadOptions { time_unit: Some("s".into()), ..driven };
     assert!(!warned(1.0, &typed));
 }
