@@ -8,6 +8,7 @@ import wave
 
 import numpy as np
 import scipy.io
+import scipy.io.wavfile
 from nptdms import ChannelObject, GroupObject, TdmsWriter
 
 N, STEP, START = 400, 2e-7, -1e-5
@@ -42,6 +43,18 @@ with TdmsWriter("scaled.tdms") as writer:
         writer.write_segment([ChannelObject("clock", "Time", 1e6 * t[part], {"unit_string": "us"}), ChannelObject("scope", "vibrometer", counts[part], scale)])
         writer.write_segment([ChannelObject("log", "events", ["trigger", "end"])])
 
+# What stands beside the samples in one structure, and units in texts.
+scipy.io.savemat("beside.mat", {"rec": {"data": v[:, None], "fs": 1 / STEP, "t0": START, "unit": "V"}, "fs": 1.0})
+scipy.io.savemat("units.mat", {"time": 1e6 * t, "data": 1e3 * v, "horizontalUnits": "us", "verticalUnits": "mV"})
+np.savez_compressed("units.npz", time=1e6 * t, data=1e3 * v, time_unit="us", data_unit="mV")
+np.savez_compressed("contradiction.npz", volts_V=v, fs=1 / STEP, dt=1e3 * STEP)
+
+scipy.io.wavfile.write("doubles.wav", round(1 / STEP), np.column_stack([v, -v]))
+form = struct.pack("<HHIIHH", 1, 1, round(1 / STEP), 2 * round(1 / STEP), 2, 16)
+counts = np.round(v * 2**15).astype("<i2").tobytes()
+chunks = b"WAVEds64" + struct.pack("<IQQQI", 28, 72 + len(counts), len(counts), N, 0) + b"fmt " + struct.pack("<I", len(form)) + form
+open("long.wav", "wb").write(b"RF64" + struct.pack("<I", 2**32 - 1) + chunks + b"data" + struct.pack("<I", 2**32 - 1) + counts)
+
 with wave.open("full-scale.wav", "wb") as sound:
     sound.setparams((2, 3, 5000000, N, "NONE", ""))
     counts = np.round(v * 2**23).astype(int)
@@ -68,7 +81,10 @@ preamble = (
     ':WFMPRE:BYT_NR 2;BIT_NR 16;ENCDG BIN;BN_FMT RI;BYT_OR MSB;NR_PT 400;WFID "Ch2, DC coupling, 100.0mV/div, 400 points, Sample mode";'
     f'PT_FMT Y;XINCR {STEP};PT_OFF 50;XZERO 0.0;XUNIT "s";YMULT 1.0E-5;YZERO 5.0E-2;YOFF 1000;YUNIT "V";:CURVE #3800'
 )
-open("curve.isf", "wb").write(preamble.encode() + np.round((v - 0.05) / 1e-5 + 1000).astype(">i2").tobytes() + b"\n")
+counts = np.round((v - 0.05) / 1e-5 + 1000)
+open("curve.isf", "wb").write(preamble.encode() + counts.astype(">i2").tobytes() + b"\n")
+text = preamble.replace("ENCDG BIN", "ENCDG ASC").replace("#3800", " " + ",".join(f"{c:.0f}" for c in counts))
+open("curve-text.isf", "w").write(text + "\n")
 
 # Keysight, version 10, two waveforms.
 def waveform(values, label):
@@ -108,6 +124,34 @@ def tektronix(name, order, version, volts, time, curve, kind, gain, zero):
     whole = np.concatenate([np.full(16, -3), np.round((v - zero) / gain), np.full(4, -3)])
     open(name, "wb").write(d + whole.astype(kind).tobytes())
 
+
+# Siglent, channels 2 and 4 of version 2 (8 bits), channel 3 of version 4 (16 bits, probe 10x): scale, offset, clock, samples.
+def siglent(name, version, shift, channels, codes, wide):
+    d = bytearray(0x800 + 2 * shift)
+    unit = lambda value, prefix=8, volt=1, ampere=0: struct.pack("<di7i", value, prefix, 0, volt, 1, ampere, 1, 0, 1)
+    struct.pack_into("<II", d, 0, version, len(d))
+    for channel in range(4):
+        scale, offset, probe = channels.get(channel, (1.0, 0.0, 1.0))
+        struct.pack_into("<I", d, 4 + shift + 4 * channel, channel in channels)
+        for at, value in ((0x14, scale), (0xB4, offset)):
+            d[at + shift + 40 * channel : at + shift + 40 * channel + 40] = unit(1e3 * value, 7)
+        struct.pack_into("<d", d, 0x240 + shift + 8 * channel, probe)
+        if version > 2:
+            struct.pack_into("<I", d, 0x26C + shift + 4 * channel, codes)
+    # From the left edge on: half a screen of 14 or 10 divisions before the trigger, and a delay.
+    divisions = 14 if version == 2 else 10
+    for at, value in ((0x198, 5e-6), (0x1C0, START + 0.5 * divisions * 5e-6), (0x1EC, 1 / STEP)):
+        d[at + shift : at + shift + 40] = unit(value, volt=0)
+    struct.pack_into("<I", d, 0x1E8 + shift, N)
+    struct.pack_into("<BB", d, 0x260 + shift, wide, 0)
+    struct.pack_into("<I", d, 0x268 + shift, divisions if version > 2 else 0)
+    middle, kind = (2**15, "<u2") if wide else (2**7, "u1")
+    code = lambda scale, offset, probe, values: np.round((values / probe + offset) / scale * codes + middle).astype(kind).tobytes()
+    open(name, "wb").write(d + b"".join(code(*row, v if channel < 3 else -v) for channel, row in channels.items()))
+
+
+siglent("siglent-2.bin", 2, 0, {1: (0.1, -0.02, 1.0), 3: (0.1, 0.05, 1.0)}, 25, False)
+siglent("siglent-4.bin", 4, 4, {2: (0.01, 0.004, 10.0)}, 7680, True)
 
 tektronix("tektronix-1.wfm", ">", 1, 166, 478, 790, np.dtype(">i2"), 1e-5, 0.05)
 tektronix("tektronix-3.wfm", "<", 3, 168, 488, 808, np.dtype("<i1"), 2.5e-3, 0.05)
@@ -166,6 +210,8 @@ with h5py.File("chunks.h5", "w") as file:
     scope["time_s"] = t
     scope.create_dataset("vibrometer", data=v.astype(">f4"), chunks=(64,), compression="gzip", shuffle=True, fletcher32=True).attrs["unit"] = "mm/s"
     file["about"] = "text"
+with h5py.File("contradiction.h5", "w") as file:
+    file.create_dataset("vibrometer", data=v[:40]).attrs.update({"unit": "V", "fs": 1 / STEP, "dt": 1e3 * STEP})
 with h5py.File("columns.h5", "w", libver=("v110", "v110")) as file:
     file.create_dataset("record", data=np.column_stack([t, 1e3 * v]), chunks=(64, 2), compression="lzf")
 with h5py.File("infiniium.h5", "w") as file:

@@ -63,8 +63,8 @@ fn opening(text: &str, open: char, close: char) -> Option<usize> {
 
 /// Whether a name is that of a sample counter.
 pub(super) fn is_counter(name: &str) -> bool {
-    ["", "#", "n", "nr", "nr.", "no", "no.", "index", "sample", "samples", "point", "scan"]
-        .contains(&name.trim().to_lowercase().as_str())
+    let names = ["", "#", "n", "nr", "nr.", "no", "no.", "number", "nummer", "id", "index", "row", "count", "counter"];
+    names.into_iter().chain(["sample", "samples", "point", "points", "scan"]).any(|it| it == name.trim().to_lowercase())
 }
 
 impl Column {
@@ -103,19 +103,28 @@ impl Column {
             inch && unit.contains(|letter: char| !letter.is_ascii_digit() && letter != ' ')
         };
         for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
-            if let Some(from) = opening(header, open, close) {
-                let (name, unit) = (&header[..from], &header[from + 1..header.len() - 1]);
-                if is_unit(name, unit) && (open == '[' || open == '(' || parse_unit(unit).is_ok()) {
-                    return with(name, unit);
+            let of_quantity = |unit: &str| parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE);
+            let last = opening(header, open, close);
+            let parts = |from: usize| (&header[..from], &header[from + 1..header.len() - 1]);
+            if let Some((name, unit)) = last.map(parts).filter(|(name, unit)| is_unit(name, unit) && of_quantity(unit))
+            {
+                return with(name, unit);
+            }
+            // `Velocity [mm/s] CH2`, `Velocity (m/s), Point: (0, 1)`.
+            for (at, _) in header.match_indices(close).rev() {
+                let after = &header[at + 1..];
+                let Some(from) = opening(&header[..=at], open, close).filter(|_| after.starts_with([' ', ','])) else {
+                    continue;
+                };
+                let (name, unit) = (&header[..from], &header[from + 1..at]);
+                if is_unit(name, unit) && of_quantity(unit) {
+                    return with(&format!("{}{after}", name.trim_end()), unit);
                 }
             }
-            // `Velocity [mm/s] CH2`.
-            if let Some((before, after)) = header.rsplit_once(close).filter(|(_, after)| after.starts_with(' '))
-                && let Some((name, unit)) = before.rsplit_once(open)
-                && is_unit(name, unit)
-                && parse_unit(unit).is_ok_and(|unit| unit.dimension != Dimension::NONE)
+            if let Some((name, unit)) = last.map(parts).filter(|(name, unit)| is_unit(name, unit))
+                && (open == '[' || open == '(' || parse_unit(unit).is_ok())
             {
-                return with(&format!("{}{after}", name.trim_end()), unit);
+                return with(name, unit);
             }
         }
         if let Some((name, unit)) = header.split_once(" / ") {
@@ -184,6 +193,13 @@ impl Column {
     /// Whether its cells are times of day.
     pub(super) fn is_clock(&self) -> bool {
         self.unit_text.as_deref() == Some(clock::UNIT)
+    }
+
+    /// Whether its unit is that of a current, which no unit here is made of.
+    fn is_current(&self) -> bool {
+        let unit = self.unit_text.as_deref().unwrap_or_default().trim_matches(['[', ']', '(', ')', ' ']);
+        ["A", "mA", "uA", "µA", "nA", "kA"].contains(&unit)
+            || ["amp", "amps", "ampere", "amperes", "milliampere"].contains(&unit.to_lowercase().as_str())
     }
 
     pub(super) fn dimension(&self) -> Option<Dimension> {
@@ -304,10 +320,17 @@ pub(super) fn choose(
         columns[*value].override_unit(unit);
     }
     if let (true, Ok(value)) = (options.scale.is_some(), &value) {
-        // A sensitivity is for volts: what it is given for is in volts.
+        // A sensitivity is for volts: what it is given for is in volts, or in parts of full scale.
         let column = &mut columns[*value];
         if column.unit.is_none() {
             column.override_unit("V");
+        } else if let Some(scale) = options.scale.filter(|scale| scale.is_of_full_scale()) {
+            let unit = column.unit_text.clone().unwrap_or_default();
+            return Err(MeasurementError::NoFullScale {
+                place: place.of(&column.header),
+                scale: scale.to_string(),
+                unit,
+            });
         }
     }
     let time_factor = match &time {
@@ -327,6 +350,10 @@ pub(super) fn choose(
     let unscaled = |column: &Column| column.dimension() == Some(Dimension::VOLTAGE) && !scaled;
     let value_unit = match &value {
         Ok(value) if unscaled(&columns[*value]) => Err(volts_of(&columns[*value])),
+        Ok(value) if columns[*value].is_current() => {
+            let unit = columns[*value].unit_text.clone().unwrap_or_default();
+            Err(MeasurementError::Current { place: place.of(&columns[*value].header), kind, unit })
+        }
         Ok(value) => unit_of(place, &columns[*value], example(kind), "--unit"),
         // Whichever is chosen: a sensitivity is missing besides.
         Err(MeasurementError::Ambiguous { numbers, .. })

@@ -115,9 +115,9 @@ impl LastDigits {
         self.written.extend(number(cell, decimal).zip(last_digit(cell, decimal)));
     }
 
-    /// The units, at most as coarse as written. A column has as many decimals as its finest number, or as many digits
-    /// as its longest, whichever is coarser. A zero (`0.00E+00`) is as fine as the finest.
-    pub(super) fn units(self) -> Vec<f64> {
+    /// The units if zeros at the end are missing, and as written. In the first case a column has as many decimals as its finest number, or as
+    /// many digits as its longest, whichever is coarser, and a zero (`0.00E+00`) is as fine as the finest.
+    pub(super) fn units(self) -> [Vec<f64>; 2] {
         // The logarithm of a power of ten may fall short of it.
         let decade = |value: f64| (value.abs().log10() + 1e-12).floor();
         let others = || self.written.iter().filter(|(value, _)| *value != 0.0);
@@ -127,7 +127,7 @@ impl LastDigits {
             let by_length = if value == 0.0 { 0.0 } else { 10f64.powi((decade(value) - longest) as i32) };
             written.min(finest.max(by_length))
         };
-        self.written.iter().map(unit).collect()
+        [self.written.iter().map(unit).collect(), self.written.iter().map(|(_, written)| *written).collect()]
     }
 }
 

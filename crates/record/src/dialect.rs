@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{DecimalSign, MeasurementError, Place, ReadOptions, choice::choice, decimal, table::is_missing};
+use super::{DecimalSign, MeasurementError, Place, ReadOptions, choice::choice, clock, decimal, table::is_missing};
 
 choice! {
     /// What stands between two cells of a row.
@@ -18,7 +18,7 @@ choice! {
 }
 
 impl Delimiter {
-    const ALL: [Self; 3] = [Self::Semicolon, Self::Tab, Self::Comma];
+    pub(super) const ALL: [Self; 3] = [Self::Semicolon, Self::Tab, Self::Comma];
 
     #[must_use]
     pub(crate) fn character(self) -> char {
@@ -111,11 +111,14 @@ pub(super) fn detect(path: &Path, text: &str, first: u64, options: &ReadOptions)
     Ok(Dialect { delimiter, decimal })
 }
 
-fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &str> {
-    let mut quoted = false;
-    let parts = line.split(move |letter| {
-        quoted ^= letter == '"';
-        letter == delimiter.character() && !quoted
+/// Cells of a line without blanks and quotes; a quote that begins a cell keeps the delimiters in it together.
+pub(super) fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &str> {
+    let (mut quoted, mut blank) = (false, true);
+    let parts = line.split(move |letter: char| {
+        quoted ^= letter == '"' && (quoted || blank);
+        let ends = letter == delimiter.character() && !quoted;
+        blank = ends || blank && letter.is_whitespace();
+        ends
     });
     parts.map(|cell| cell.trim().trim_matches('"').trim())
 }
@@ -129,7 +132,7 @@ pub(super) fn row_delimiter(line: &str, wanted: Option<Delimiter>) -> Option<Del
         // What holds no delimiter at all is left to the comma, unless one was named.
         (line.contains(delimiter.character()) || delimiter == Delimiter::Comma || wanted.is_some())
             && cells(line, delimiter).any(is_number)
-            && cells(line, delimiter).all(|cell| is_missing(cell) || is_number(cell))
+            && cells(line, delimiter).all(|cell| is_missing(cell) || is_number(cell) || clock::instant(cell).is_some())
     })
 }
 
@@ -142,7 +145,8 @@ fn decimal_of<'a>(
     let mut grouped: Option<(u64, String)> = None;
     let mut settled = false;
     for (line, at) in rows {
-        for cell in cells(line, delimiter) {
+        // A time of day has signs of its own.
+        for cell in cells(line, delimiter).filter(|cell| clock::instant(cell).is_none()) {
             for found in [DecimalSign::Comma, DecimalSign::Point] {
                 if !cell.contains(found.character()) || !cell.contains(|letter: char| letter.is_ascii_digit()) {
                     continue;

@@ -42,7 +42,7 @@ pub(super) struct Decoded<'a> {
 /// Most bytes of padding among the first ones of a file.
 const MOST_PADDING: usize = 4096;
 
-const MAGIC: [(&[u8], &str); 11] = [
+const MAGIC: [(&[u8], &str); 18] = [
     (b"PK\x03\x04", "a zip archive or a spreadsheet (.xlsx)"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)"),
     (b"\x1f\x8b", "gzip-compressed data"),
@@ -54,6 +54,13 @@ const MAGIC: [(&[u8], &str); 11] = [
     (b"MDF     ", "an ASAM file (.mf4, .mdf)"),
     (b"PAR1\x15", "a Parquet file"),
     (b"ARROW1\x00", "an Arrow or Feather file"),
+    (b"SQLite format 3\x00", "an SQLite database (.tradb of Vallen, .db)"),
+    (b"fLaC", "a FLAC file"),
+    (b"FORM\x00", "an AIFF file"),
+    (b"caff\x00", "a Core Audio file (.caf)"),
+    (b"riff\x2e\x91", "a Wave64 file (.w64)"),
+    (b"CDF\x01", "a netCDF file of version 3"),
+    (b"CDF\x02", "a netCDF file of version 3"),
 ];
 
 /// Refuses a file whose first bytes show that it is not text, before the rest is read. UTF-16 is detected later.

@@ -9,7 +9,7 @@ use granchain_signal::{Dimension, Quantity, QuantityError};
 use super::{
     DecimalSign, Place, RecordKind, UniversalError,
     decimal::may_be_grouped,
-    remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, times, wanted},
+    remedy::{by_name_or_number, listed, other_record, remedies, sensitivity, subharmonic, time_flags, times, wanted},
 };
 use granchain_signal::number::time;
 
@@ -118,6 +118,11 @@ pub enum MeasurementError {
         "{place}: --scale is for a column in volts, found the unit `{unit}`; leave --scale out, or pass --unit V if its values are in volts"
     )]
     ScaleWithoutVolts { place: Place, unit: String },
+    #[error(
+        "{place}: --scale '{scale}' is for parts of a recorder's full scale, found the unit `{unit}`; pass what a volt means, such as \
+         --scale '250 nV/Pa'"
+    )]
+    NoFullScale { place: Place, scale: String, unit: String },
     #[error("{}: expected a range in the record's own quantity or, with --scale, in volts, found `{found}`", path.display())]
     WrongRange { path: PathBuf, found: String },
     #[error(
@@ -156,15 +161,15 @@ pub enum MeasurementError {
         found: usize,
     },
     #[error(
-        "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass --read time_column=NAME \
-         and --read time_unit=UNIT, or --sample-rate if there is no time in the file",
-        listed(columns)
+        "{place}: expected a column of time such as `time_s`, found the columns {}; rename one, or pass {}, or --sample-rate if there is no time in \
+         the file",
+        listed(columns), time_flags(likely.as_ref())
     )]
     NoTime {
         place: Place,
         columns: Vec<String>,
-        /// The first column, if it has no unit and rises from row to row.
-        likely: Option<String>,
+        /// A column without unit that rises from row to row, and its likely unit.
+        likely: Option<(String, &'static str)>,
     },
     #[error(
         "{place}: a {} record needs {}; found the columns {}; rename one, or pass --channel and --unit",
@@ -189,6 +194,12 @@ pub enum MeasurementError {
         candidates.len(), listed(candidates), by_name_or_number(flag, candidates, numbers)
     )]
     Ambiguous { place: Place, flag: &'static str, candidates: Vec<String>, numbers: Vec<usize> },
+    #[error(
+        "{place}: expected a vibration, found values that rise or fall evenly, as instants or counts do; name the record's column with --channel NAME \
+         (the columns are {}), and the instants' with --read time_column=NAME",
+        listed(columns)
+    )]
+    Ramp { place: Place, columns: Vec<String> },
     #[error("{place}: expected samples in time, found a spectrum; export the time data")]
     Spectrum { place: Place },
     #[error(
@@ -207,6 +218,11 @@ pub enum MeasurementError {
     Envelope { place: Place, least: String, greatest: String },
     #[error("{place}: expected a unit, found none; write it in the header as in `{example}`, or pass {flag}")]
     NoUnit { place: Place, example: &'static str, flag: &'static str },
+    #[error(
+        "{place}: expected {}, found a current in `{unit}`; name another column with --channel, or record the probe's output in volts and state what \
+         a volt means with --scale", sensitivity(*kind).0
+    )]
+    Current { place: Place, kind: RecordKind, unit: String },
     #[error("{place}: {source}; correct the header, or pass {flag}")]
     UnknownUnit { place: Place, flag: &'static str, source: QuantityError },
     #[error("{place}: expected {expected}, found the unit `{unit}`{}; name another column with {flag}, or correct the unit{}", actual.name().map(|name| format!(" of {name}")).unwrap_or_default(), other_record(*kind, *actual))]

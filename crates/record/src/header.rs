@@ -42,23 +42,23 @@ fn plain(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Sample interval (s) that lines state as a rate or an interval: `Sample rate: 5 MHz`, `Time interval : ,0.2uS`.
-pub(super) fn sample_interval<'a>(mut lines: impl Iterator<Item = &'a String>) -> Option<f64> {
-    lines.find_map(|line| {
+/// Sample intervals (s) that lines state as a rate or an interval: `Sample rate: 5 MHz`, `Time interval : ,0.2uS`.
+pub(super) fn sample_intervals<'a>(lines: impl Iterator<Item = &'a String>) -> impl Iterator<Item = (&'a str, f64)> {
+    lines.filter_map(|line| {
         let (key, value) = line.split_once([':', '='])?;
-        let key = key.trim().to_lowercase().replace(['_', '-'], " ");
+        let key = key.trim().to_lowercase().replace(['_', '-', ' '], "");
         let value = value.trim_matches([' ', ',', ';', '\t', ':']);
         let step = match key.as_str() {
-            "sample rate" | "sampling rate" | "sampling frequency" | "fs" => {
+            "samplerate" | "samplingrate" | "samplingfrequency" | "fs" => {
                 let rate = value.replace("Sa/s", "Hz").replace("S/s", "Hz");
                 1.0 / Quantity::parse_as(&plain(&rate), Dimension::FREQUENCY).ok()?
             }
-            "time interval" | "sample interval" | "sampling interval" => {
+            "timeinterval" | "sampleinterval" | "samplinginterval" | "timestep" | "deltat" | "dt" => {
                 Quantity::parse_as(&plain(value).replace('S', "s"), Dimension::TIME).ok()?
             }
             _ => return None,
         };
-        (step > 0.0 && step.is_finite()).then_some(step)
+        (step > 0.0 && step.is_finite()).then_some((line.as_str(), step))
     })
 }
 

@@ -37,6 +37,7 @@ mod read;
 mod reading;
 mod record;
 mod remedy;
+mod response;
 pub mod run_log;
 mod samples;
 mod sampling;

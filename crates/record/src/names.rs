@@ -8,7 +8,7 @@ use super::{
     Delimiter, MeasurementError, Place, ReadOptions, clock,
     column::{Column, parse_unit},
     decimal::number,
-    dialect::Dialect,
+    dialect::{Dialect, cells},
     preamble::Preamble,
     separated,
     table::{Rows, is_missing, text, text_of},
@@ -36,15 +36,16 @@ const LOOKED_AT: usize = 2000;
 fn header_above(rows: &Rows<'_>, first: &[String], dialect: Dialect) -> Option<Vec<String>> {
     let end = rows.reader.position().byte() as usize;
     let before = std::str::from_utf8(rows.bytes.get(..end)?).ok()?.trim_end().rsplit_once('\n')?.0;
-    let parted = |text: &str, by: char| text.split(by).map(|cell| cell.trim().to_owned()).collect::<Vec<String>>();
+    let parted = |text: &str, by: Delimiter| cells(text, by).map(str::to_owned).collect::<Vec<String>>();
     // Programs write names with blanks or commas above rows parted otherwise.
-    let cells = |line: &str| {
+    let named = |line: &str| {
         let comment = line.strip_prefix('#')?;
-        let names = [dialect.delimiter.character(), ',', ';', '\t'].map(|by| parted(comment, by));
-        let names = names.into_iter().find(|names| names.len() == first.len());
-        names.or_else(|| Some(parted(&separated::names(comment, first.len())?, '\t')))
+        let own = std::iter::once(dialect.delimiter);
+        let mut names = own.chain(Delimiter::ALL.into_iter().rev()).map(|by| parted(comment, by));
+        let names = names.find(|names| names.len() == first.len());
+        names.or_else(|| Some(parted(&separated::names(comment, first.len())?, Delimiter::Tab)))
     };
-    let mut above = before.lines().rev().map_while(cells);
+    let mut above = before.lines().rev().map_while(named);
     let mut names = above.next()?;
     // Units stand below the names of gnuplot.
     if names.iter().all(|name| parse_unit(name).is_ok())
@@ -95,13 +96,15 @@ pub(super) fn rises(rows: &Rows<'_>, dialect: Dialect, column: usize) -> bool {
 /// The flags that stand for a header and are missing: instants, column, unit.
 fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> Vec<String> {
     let width = rows.record.len();
-    let rises = width > 1 && rises(rows, dialect, 0);
+    // Of a counter and the instants beside it those are the time.
+    let time = usize::from(width > 2 && counts(rows, dialect) && rises(rows, dialect, 1));
+    let rises = width > 1 && rises(rows, dialect, time);
     let mut flags = Vec::new();
     match (rises || options.time_column.is_some(), options.sample_rate) {
         (_, Some(_)) => {}
         (true, None) => {
             if width > 2 && options.time_column.is_none() {
-                flags.push("--read time_column=1".to_owned());
+                flags.push(format!("--read time_column={}", 1 + time));
             }
             if options.time_unit.is_none() {
                 flags.push("--read time_unit=UNIT".into());
@@ -111,7 +114,7 @@ fn without_header(rows: &Rows<'_>, dialect: Dialect, options: &ReadOptions) -> V
     }
     // Of two columns the one that is not time is meant.
     if options.column.is_none() && width > if rises && options.sample_rate.is_none() { 2 } else { 1 } {
-        flags.push(format!("--channel {}", 1 + usize::from(rises)));
+        flags.push(format!("--channel {}", 1 + time + usize::from(rises)));
     }
     if options.unit.is_none() && options.scale.is_none() {
         flags.push("--unit UNIT".into());

@@ -27,6 +27,11 @@ const NEAR_FULL_SCALE: f64 = 0.98;
 /// Peak below which poor resolution is suspected, as a fraction of full scale.
 const NEAR_NOTHING: f64 = 0.02;
 
+/// Lowest and highest frequency of a strongest line, Hz: horns begin at some kHz, a steel bead of 1 mm rings at 3 MHz, strong ultrasound ends at
+/// 20 MHz. A horn of 20 to 100 kHz leaves both with a unit of time that is wrong by 1000.
+const LINES_OF_MOTION: (f64, f64) = (1e2, 1e7);
+const LINES_OF_PRESSURE: (f64, f64) = (1e2, 3e7);
+
 /// Noise of a horn tip that affects the chain's response, as a fraction of its peak: 1 nm of 1 µm changes peaks by
 /// some per cent.
 const LOUD_NOISE: f64 = 0.003;
@@ -90,6 +95,26 @@ impl Notes {
         }
     }
 
+    /// A unit of time that is wrong by a power of ten: of the drive's `stated` frequency (Hz) less than a period in a record of `duration` (s), or a
+    /// strongest `line` that no bead can have.
+    pub(super) fn about_time(&mut self, stated: Option<f64>, line: Option<f64>, duration: f64, kind: RecordKind) {
+        let (lowest, highest) = if kind == RecordKind::Hydrophone { LINES_OF_PRESSURE } else { LINES_OF_MOTION };
+        let found = match (stated, line) {
+            (Some(stated), _) if stated * duration < 1.0 => {
+                format!("the record lasts {:.2e} periods of the drive's {}", stated * duration, hertz(stated))
+            }
+            (None, Some(line)) if !(lowest..=highest).contains(&line) => {
+                let [line, lowest, highest] =
+                    [line, lowest, highest].map(|it| to_three_figures(it, Dimension::FREQUENCY));
+                format!(
+                    "the strongest line lies at {line}, not between {lowest} and {highest}, where such a record has it"
+                )
+            }
+            _ => return,
+        };
+        self.warn(format!("{found}: check the unit of time (--read time_unit=s, or another) or the sample rate"));
+    }
+
     pub(super) fn about_table(&mut self, table: &Table, options: &ReadOptions) {
         match &table.form {
             Form::Text(form) => self.about_text(form, table, options),
@@ -110,7 +135,10 @@ impl Notes {
         if let Some((volts, scale)) = table.chosen.volts {
             let name = &table.columns[table.chosen.value].header;
             let from = if options.scale.is_some() { "--scale" } else { "the header" };
-            self.assume(format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor));
+            self.assume(match scale.is_of_full_scale() {
+                true => format!("`{name}` in parts of full scale × {scale} ({from})"),
+                false => format!("`{name}` in volts × {scale} ({from}); volts of the file × {}", volts.factor),
+            });
             if options.range.is_none() && scale.dimension() != Dimension::PRESSURE {
                 self.assume(
                     "the instrument's full-scale value is not stated (range): overload shows as flat peaks only".into(),
@@ -231,7 +259,7 @@ impl Notes {
         let resolve =
             "what lies above half the sample rate is folded down and short peaks are lost; export all samples";
         let preamble = table.form.preamble();
-        match preamble.and_then(|preamble| preamble.interval) {
+        match preamble.and_then(|preamble| preamble.interval).or(table.stated_step) {
             Some(interval) if raw.step > 1.5 * interval => self.warn(format!(
                 "the preamble states a sample every {interval:.4e} s, the rows hold one every {:.4e} s: the instrument \
                  thinned the record out, so {resolve}",

@@ -317,9 +317,7 @@ pub fn read_record_bytes(
         ));
     }
     series.start = start - trigger - delay;
-    if kind == RecordKind::Hydrophone {
-        refuse_absurd_pressure(path, &series, table.chosen.volts)?;
-    }
+    refuse_absurd(path, (&raw, &series), table.chosen.volts, kind)?;
     let (recorded_noise_rms, noise_source) = noise(&raw, pretrigger, quantisation_step, bandwidth);
     let integrated = kind == RecordKind::HornTip && recorded == RecordedQuantity::Velocity;
     let noise_rms = match noise_source {
@@ -350,6 +348,7 @@ pub fn read_record_bytes(
         RecordKind::HornTip => notes.about_noise(&series, noise_rms),
         RecordKind::Vibrometer | RecordKind::Hydrophone => notes.about_loud_noise(&series, noise_rms),
     }
+    notes.about_time(stated_drive_frequency, likely, raw.len() as f64 * raw.step, kind);
     // The strongest line of a bead may be a subharmonic.
     let strongest = || likely.filter(|_| kind == RecordKind::HornTip);
     if let Some(frequency) = stated_drive_frequency.or_else(strongest) {
@@ -432,28 +431,43 @@ fn check_stated(
 /// Smallest and largest plausible peak of a hydrophone record, Pa: below thermal noise, and far above the strongest
 /// shock waves of lithotripters (100 MPa).
 const PRESSURES: (f64, f64) = (1e-3, 1e9);
+/// Smallest and largest peak at the input of an instrument, V: beyond both, bytes are something else.
+const INPUTS: (f64, f64) = (1e-12, 1e6);
 
-fn refuse_absurd_pressure(
+fn refuse_absurd(
     path: &Path,
-    series: &Series,
+    (raw, series): (&Series, &Series),
     volts: Option<(Unit, Sensitivity)>,
+    kind: RecordKind,
 ) -> Result<(), MeasurementError> {
-    let peak = series.peak();
-    if peak == 0.0 || (PRESSURES.0..=PRESSURES.1).contains(&peak) {
-        return Ok(());
-    }
-    let from = match volts {
-        Some((volts, scale)) => format!("volts of the file × {} at {scale}", volts.factor),
-        None => "by the unit of its column".to_owned(),
+    let refuse = |peak: f64, dimension, (low, high): (f64, f64), of: &str, from: String, remedy| {
+        if peak == 0.0 || (low..=high).contains(&peak) {
+            return Ok(());
+        }
+        let [low, high] = [low, high].map(|limit| Quantity::new(limit, dimension));
+        let expected = format!("{of} between {low} and {high}");
+        Err(MeasurementError::AbsurdPeak {
+            path: path.into(),
+            expected,
+            peak: to_three_figures(peak, dimension),
+            from,
+            remedy,
+        })
     };
-    let [low, high] = [PRESSURES.0, PRESSURES.1].map(|limit| Quantity::new(limit, Dimension::PRESSURE));
-    Err(MeasurementError::AbsurdPeak {
-        path: path.into(),
-        expected: format!("of a hydrophone's record between {low} and {high}"),
-        peak: to_three_figures(peak, Dimension::PRESSURE),
-        from,
-        remedy: "correct the unit or the sensitivity: hydrophones have 1 nV/Pa to 10 mV/Pa, with their amplifier",
-    })
+    if let Some((volts, scale)) = volts {
+        let from = format!("by its unit: volts of the file × {}", volts.factor);
+        let remedy = "its numbers are no volts: name another channel or its unit (--unit), or export it as CSV";
+        refuse(raw.peak() / scale.per_volt(), Dimension::VOLTAGE, INPUTS, "at an input", from, remedy)?;
+    }
+    if kind == RecordKind::Hydrophone {
+        let from = match volts {
+            Some((volts, scale)) => format!("volts of the file × {} at {scale}", volts.factor),
+            None => "by the unit of its column".to_owned(),
+        };
+        let remedy = "correct the unit or the sensitivity: hydrophones have 1 nV/Pa to 10 mV/Pa, with their amplifier";
+        refuse(series.peak(), Dimension::PRESSURE, PRESSURES, "of a hydrophone's record", from, remedy)?;
+    }
+    Ok(())
 }
 
 /// Refuses Polytec's binary format, recognised by its extension.

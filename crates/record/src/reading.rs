@@ -20,7 +20,7 @@ use granchain_signal::{Dimension, Quantity, QuantityError, ResponseError, read_b
 
 use super::{
     Choice, MaskError, Masking, ReadOptions, RecordKind, Sensitivity, SensitivityError, key_at, line_of, plain_message,
-    sha256,
+    response, sha256,
 };
 
 /// Reading options in a file; absent options are taken from the record.
@@ -45,7 +45,7 @@ pub struct Reading {
     /// −6 dB bandwidth of the vibrometer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<String>,
-    /// Frequency response of vibrometer or hydrophone: a filter, or a table.
+    /// Frequency response of vibrometer or hydrophone: a filter, a table, or a file with one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub response: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -91,8 +91,10 @@ pub enum ReadingError {
     NotPositive { key: &'static str, found: String },
     #[error("`scale`: {0}")]
     Scale(#[from] SensitivityError),
-    #[error("`response`: {0}")]
+    #[error("`response`: {0}, which is no file either")]
     Response(#[from] ResponseError),
+    #[error("`response`: {0}")]
+    ResponseFile(String),
     #[error("`mask`: {0}")]
     Mask(#[from] MaskError),
     #[error("`{key}`: expected one of {expected}, found `{found}`")]
@@ -148,7 +150,13 @@ impl Reading {
             time_column: options.time_column.clone(),
             unit: options.unit.clone(),
             time_unit: options.time_unit.clone(),
-            scale: options.scale.map(|scale| format!("{}/V", si(scale.per_volt(), scale.dimension()))),
+            scale: options.scale.map(|scale| {
+                format!(
+                    "{}/{}",
+                    si(scale.per_volt(), scale.dimension()),
+                    if scale.is_of_full_scale() { "FS" } else { "V" }
+                )
+            }),
             range: options.range.map(|range| range.format_si()),
             bandwidth: options.bandwidth.map(hertz),
             response: options.response.as_ref().map(ToString::to_string),
@@ -205,7 +213,7 @@ impl Reading {
             bandwidth: or(options.bandwidth, self.bandwidth.as_ref(), |text| {
                 positive("bandwidth", text, Dimension::FREQUENCY)
             })?,
-            response: or(options.response, self.response.as_ref(), |text| Ok(text.parse()?))?,
+            response: or(options.response, self.response.as_ref(), response::stated)?,
             delay: or(options.delay, self.delay.as_ref(), |text| quantity("delay", text, Dimension::TIME))?,
             trigger: or(options.trigger, self.trigger.as_ref(), |text| quantity("trigger", text, Dimension::TIME))?,
             missing: chosen("missing", options.missing, self.missing.as_ref())?,

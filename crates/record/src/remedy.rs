@@ -2,7 +2,12 @@
 
 use granchain_signal::Dimension;
 
-use super::{MeasurementError, RecordKind, column::Column, shell::shell_word, universal::UniversalError};
+use super::{
+    MeasurementError, Place, ReadOptions, RecordKind, Sensitivity,
+    column::{Chosen, Column, choose},
+    shell::shell_word,
+    universal::UniversalError,
+};
 
 pub(super) fn listed(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
@@ -78,8 +83,44 @@ fn with_value(flag: &str, value: &str) -> String {
     }
 }
 
+/// Flags that name a column of time and its unit; of a likely one as they are typed.
+pub(super) fn time_flags(likely: Option<&(String, &'static str)>) -> String {
+    match likely {
+        Some((column, unit)) => format!("{} --read time_unit={unit}", with_value("--read time_column=NAME", column)),
+        None => "--read time_column=NAME and --read time_unit=UNIT".into(),
+    }
+}
+
 pub(super) fn times(announced: usize, found: usize) -> String {
     format!("{found}, {} times as many", found / announced.max(1))
+}
+
+/// Chooses as `column::choose` does. Where a column of time is missing, the error names the `likely` one with its likely unit, and what is missing
+/// besides once that is the time.
+pub(super) fn choose_or_propose(
+    place: &Place,
+    columns: &mut [Column],
+    kind: RecordKind,
+    options: &ReadOptions,
+    timed: bool,
+    stated: Option<Sensitivity>,
+    likely: impl FnOnce(&[Column]) -> Option<(usize, &'static str)>,
+) -> Result<Chosen, MeasurementError> {
+    let mut untouched = columns.to_vec();
+    choose(place, columns, kind, options, timed, stated).map_err(|error| {
+        let Some((at, unit)) = likely(&untouched).filter(|_| error.lacks_time()) else { return error };
+        let header = untouched[at].header.clone();
+        let columns = untouched.iter().map(|column| column.header.clone()).collect();
+        let lacking = MeasurementError::NoTime { place: place.clone(), columns, likely: Some((header.clone(), unit)) };
+        let then = ReadOptions { time_column: Some(header), time_unit: Some("s".into()), ..options.clone() };
+        match choose(place, &mut untouched, kind, &then, true, stated) {
+            Ok(_) => lacking,
+            Err(MeasurementError::Several(rest)) => {
+                MeasurementError::of_all([lacking].into_iter().chain(rest).collect())
+            }
+            Err(rest) => MeasurementError::of_all(vec![lacking, rest]),
+        }
+    })
 }
 
 /// The flags that resolve all errors; `None` if no flag resolves one of them.
@@ -92,14 +133,12 @@ impl MeasurementError {
         if errors.len() == 1 { errors.remove(0) } else { Self::Several(errors) }
     }
 
-    /// The error, with the column that may be time where none is.
-    pub(super) fn with_likely_time(self, column: &str) -> Self {
+    /// Whether a column of time is missing, alone or among others.
+    pub(super) fn lacks_time(&self) -> bool {
         match self {
-            Self::NoTime { place, columns, .. } => Self::NoTime { place, columns, likely: Some(column.into()) },
-            Self::Several(errors) => {
-                Self::Several(errors.into_iter().map(|error| error.with_likely_time(column)).collect())
-            }
-            other => other,
+            Self::NoTime { .. } => true,
+            Self::Several(errors) => errors.iter().any(Self::lacks_time),
+            _ => false,
         }
     }
 
@@ -131,9 +170,8 @@ impl MeasurementError {
             Self::Segments { wanted: None, .. } | Self::Universal(UniversalError::Several { wanted: None, .. }) => {
                 "--read dataset=N".into()
             }
-            Self::NoTime { likely: Some(column), .. } => {
-                format!("{} --read time_unit=UNIT", with_value("--read time_column=NAME", column))
-            }
+            Self::NoTime { likely: likely @ Some(_), .. } => time_flags(likely.as_ref()),
+            Self::Ramp { .. } => "--channel NAME".into(),
             Self::NoTime { .. } => "--sample-rate RATE".into(),
             Self::NoUnit { flag: "--read time_unit=UNIT", .. } => "--read time_unit=UNIT".into(),
             Self::NoUnit { flag: "--unit", .. } => "--unit UNIT".into(),

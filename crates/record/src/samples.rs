@@ -17,7 +17,7 @@ use granchain_signal::number::time;
 /// Most letters of a cell shown in a message.
 const LONGEST_CELL: usize = 40;
 /// Least number that marks a value as over-range (9.9e37, 9.91e37, 9.99999e37), with tolerance for rounding.
-const OVER_RANGE: f64 = 9.89e37;
+pub(super) const OVER_RANGE: f64 = 9.89e37;
 /// Instants from this number on may lose digits as doubles: seconds since 1970 are 1.7e9.
 const LARGE: f64 = 1e8;
 /// Most consecutive missing cells that are bridged.
@@ -185,7 +185,7 @@ impl Table {
         path: &Path,
         standing: Option<(u64, f64)>,
         options: &ReadOptions,
-        digits: impl Fn(usize) -> Vec<f64>,
+        digits: impl Fn(usize) -> [Vec<f64>; 2],
     ) -> Result<(), MeasurementError> {
         let (Some(column), Some(&start)) = (self.chosen.time, self.times.first()) else { return Ok(()) };
         let name = self.columns[column].header.clone();
@@ -205,9 +205,11 @@ impl Table {
             return Ok(());
         }
         let interval = self.form.preamble().and_then(|preamble| preamble.interval);
-        let digits: Vec<f64> = digits(column).into_iter().map(|unit| unit * self.chosen.time_factor).collect();
-        self.digit = digits.iter().copied().fold(0.0, f64::max);
-        if let Some(clock) = sampling::rounded(&self.times, &digits, interval) {
+        let mut digits = digits(column);
+        digits.iter_mut().flatten().for_each(|unit| *unit *= self.chosen.time_factor);
+        self.digit = digits[0].iter().copied().fold(0.0, f64::max);
+        // Two notations have digits that no missing zeros explain.
+        if let Some(clock) = digits.iter().find_map(|digits| sampling::rounded(&self.times, digits, interval)) {
             let from = match clock.room {
                 None => "by the preamble's interval".to_owned(),
                 Some(room) => format!("(the roundest possible; it may be off by {room:.1e} of itself)"),

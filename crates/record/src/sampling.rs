@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use granchain_signal::Series;
+use granchain_signal::{Series, number::time};
 
 use super::{MeasurementError, Place, table::Table};
 
@@ -12,6 +12,9 @@ pub const SAMPLING_TOLERANCE: f64 = 0.05;
 
 /// Fewest samples of a record.
 pub(super) const FEWEST: usize = 8;
+
+/// Fewest values that show a ramp: of a slow record a few are one.
+const FEWEST_OF_RAMP: usize = 32;
 
 /// Longest step of uneven samples that is interpolated across, in median steps.
 const LONGEST_STEP: f64 = 6.0;
@@ -32,6 +35,11 @@ pub(super) fn even_series(path: &Path, table: &mut Table, resample: bool) -> Res
     let count = table.values.len();
     if count < FEWEST {
         return Err(MeasurementError::TooFewSamples { path: path.into(), needed: FEWEST, found: count });
+    }
+    if is_ramp(&table.values) {
+        let columns = || table.columns.iter().map(|it| it.header.clone()).filter(|it| !it.is_empty());
+        let place = Place { line: None, ..Place::cell(path, 0, &table.columns[table.chosen.value].header) };
+        return Err(MeasurementError::Ramp { place, columns: columns().collect() });
     }
     if let Some((start, step)) = table.grid {
         let series = Series::new(table.origin() + start, step, std::mem::take(&mut table.values));
@@ -95,6 +103,34 @@ fn usual_step(steps: &[f64], median: f64, digit: f64) -> f64 {
     let usual = steps.iter().filter(|step| (**step - median).abs() <= 1.01 * digit);
     let (sum, count) = usual.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
     sum / count
+}
+
+/// The step (s) that several statements agree on, with the first of them; or which two contradict each other.
+pub(super) fn agreed<N: std::fmt::Display>(
+    stated: impl IntoIterator<Item = (N, f64)>,
+) -> Result<Option<(N, f64)>, String> {
+    let mut stated = stated.into_iter();
+    let Some((name, step)) = stated.next() else { return Ok(None) };
+    match stated.find(|(_, other)| !((other / step - 1.0).abs() <= 1e-3)) {
+        None => Ok(Some((name, step))),
+        Some((other, differs)) => Err(format!(
+            "`{name}` means one sample every {}, `{other}` one every {}: they contradict each other; pass the right rate as --sample-rate RATE",
+            time(step),
+            time(differs)
+        )),
+    }
+}
+
+/// Whether values rise or fall evenly from the first to the last, to 0.5 % of their range, as instants and counts do and no vibration.
+pub(super) fn is_ramp(values: &[f64]) -> bool {
+    let (Some(first), Some(last)) = (values.first(), values.last()) else { return false };
+    let slope = (last - first) / (values.len() - 1) as f64;
+    let on_line = |(i, value): (usize, &f64)| (value - first - slope * i as f64).abs() <= 5e-3 * (last - first).abs();
+    let turns = |pair: &[f64]| (pair[1] - pair[0]) * slope < 0.0;
+    slope != 0.0
+        && values.len() >= FEWEST_OF_RAMP
+        && !values.windows(2).any(turns)
+        && values.iter().enumerate().all(on_line)
 }
 
 /// Whether instants lie on the even grid through the first and the last.

@@ -14,6 +14,8 @@ pub struct Sensitivity {
     per_volt: f64,
     /// Dimension of the quantity: velocity, length or pressure.
     dimension: Dimension,
+    /// Whether the volt stands for the full scale of a recorder, of which the file holds parts.
+    of_full_scale: bool,
 }
 
 /// Why a text is not a sensitivity.
@@ -64,6 +66,18 @@ fn in_decibels(text: &str) -> Option<Result<Quantity, granchain_signal::Quantity
     Some(reference.map(|unit| Quantity::new(10f64.powf(level / 20.0) * unit.value, unit.dimension)))
 }
 
+/// A sensitivity of a whole recorder, `631 Pa/FS`, `-176 dB re 1/uPa` or `-176 dB re FS/uPa`, with volts in place of full scale.
+fn of_full_scale(text: &str) -> Option<String> {
+    if let Some(quantity) = text.strip_suffix("/FS") {
+        return Some(format!("{quantity}/V"));
+    }
+    let (level, reference) = text.split_once("dB")?;
+    let (re, unit) = reference.split_once('/')?;
+    let re = re.trim_end();
+    let re = re.strip_suffix("FS").or_else(|| re.strip_suffix('1'))?.trim_end();
+    Some(format!("{level}dB{} 1 V/{unit}", re.strip_suffix('1').unwrap_or(re)))
+}
+
 /// A decimal comma as a point; what may part thousands stays.
 pub(super) fn with_point(text: &str) -> std::borrow::Cow<'_, str> {
     let end = text.find(|letter: char| !(letter.is_ascii_digit() || letter == ',')).unwrap_or(text.len());
@@ -74,7 +88,8 @@ pub(super) fn with_point(text: &str) -> std::borrow::Cow<'_, str> {
 
 impl Sensitivity {
     /// Reads `100 mm/s/V`, `2 um/V`, `0.5 (mm/s)/mV`, `20 kPa/V`, or the usual form for hydrophones, volts per
-    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`; also volts per velocity, `8 mV/(mm/s)`, and a decimal comma.
+    /// pressure: `250 nV/Pa`, `50 mV/MPa`, `-220 dB re 1 V/uPa`; also volts per velocity, `8 mV/(mm/s)`, a decimal comma, and
+    /// `-176 dB re 1/uPa` or `631 Pa/FS` of a recorder whose file holds parts of full scale.
     ///
     /// ```
     /// use granchain_record::Sensitivity;
@@ -92,9 +107,11 @@ impl Sensitivity {
     /// [`SensitivityError`] for anything but a positive velocity, length or pressure a volt, and for what no hydrophone has.
     pub fn parse(text: &str) -> Result<Self, SensitivityError> {
         let plain = with_point(text);
-        let quantity = match in_decibels(&plain) {
+        let full_scale = of_full_scale(&plain);
+        let plain = full_scale.as_deref().unwrap_or(&plain);
+        let quantity = match in_decibels(plain) {
             Some(quantity) => quantity?,
-            None => Quantity::parse(&plain)?,
+            None => Quantity::parse(plain)?,
         };
         let volt = Dimension::VOLTAGE.volt;
         let measured = Dimension { volt: quantity.dimension.volt.saturating_add(volt), ..quantity.dimension };
@@ -115,13 +132,19 @@ impl Sensitivity {
         if dimension == pressure && !(HYDROPHONE.0..=HYDROPHONE.1).contains(&(1.0 / per_volt)) {
             return Err(SensitivityError::NoHydrophone { found: text.into(), per_volt });
         }
-        Ok(Self { per_volt, dimension })
+        Ok(Self { per_volt, dimension, of_full_scale: full_scale.is_some() })
     }
 
     /// Value of one unit of `voltage`.
     #[must_use]
     pub fn unit_of(self, voltage: Unit) -> Unit {
         Unit { factor: voltage.factor * self.per_volt, dimension: self.dimension }
+    }
+
+    /// Whether it is for parts of a recorder's full scale instead of volts.
+    #[must_use]
+    pub(crate) fn is_of_full_scale(self) -> bool {
+        self.of_full_scale
     }
 
     /// Velocity (m/s), length (m) or pressure (Pa) per volt.
@@ -138,6 +161,10 @@ impl Sensitivity {
 
 impl std::fmt::Display for Sensitivity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.of_full_scale {
+            let figures = format!("{:.3e}", self.per_volt).parse().unwrap_or(self.per_volt);
+            return write!(f, "{}/FS", Quantity::new(figures, self.dimension));
+        }
         if self.dimension == Dimension::PRESSURE {
             return write!(f, "{}/V ({})", pascals(self.per_volt), volts_a_pascal(1.0 / self.per_volt));
         }
@@ -177,6 +204,16 @@ mod tests {
             let found = Sensitivity::parse(text).unwrap();
             assert!((found.per_volt - 1e5).abs() < 1e-9 && found.dimension == Dimension::PRESSURE, "{text}: {found:?}");
         }
+        // Of a whole recorder: 10^(176/20) µPa at full scale.
+        for text in ["-176 dB re 1/uPa", "-176 dB re FS/\u{b5}Pa", "-176 dB re 1 FS/uPa", "630.957344480193 Pa/FS"] {
+            let found = Sensitivity::parse(text).unwrap();
+            assert!(
+                (found.per_volt - 630.957_344_480_193).abs() < 1e-9 && found.is_of_full_scale(),
+                "{text}: {found:?}"
+            );
+            assert_eq!(found.to_string(), "631 Pa/FS");
+        }
+        assert!(!Sensitivity::parse("20 kPa/V").unwrap().is_of_full_scale());
         assert!(Sensitivity::parse("-220 dB").is_err() && Sensitivity::parse("-220 dB re 1 V").is_err());
         assert_eq!(Sensitivity::parse("100 mm/s/V").unwrap().to_string(), "0.1 m/s/V");
         assert_eq!(Sensitivity::parse("250 nV/Pa").unwrap().to_string(), "4 MPa/V (250 nV/Pa)");

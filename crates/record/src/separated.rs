@@ -41,6 +41,50 @@ pub(super) fn with_hyphens(text: Cow<'_, str>) -> Cow<'_, str> {
     Cow::Owned(plain)
 }
 
+/// Removes the blanks between a delimiter and the quotes of the cell behind it, which would be letters of that cell.
+pub(super) fn without_blanks_before_quotes(text: Cow<'_, str>) -> Cow<'_, str> {
+    if !text.contains(" \"") {
+        return text;
+    }
+    let mut plain = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let (mut quoted, mut begins) = (false, plain.len());
+        for letter in line.chars() {
+            let is_quote = letter == '"' && (quoted || plain[begins..].trim().is_empty());
+            if is_quote && !quoted {
+                plain.truncate(begins);
+            }
+            quoted ^= is_quote;
+            plain.push(letter);
+            if !quoted && matches!(letter, ',' | ';' | '\t') {
+                begins = plain.len();
+            }
+        }
+    }
+    Cow::Owned(plain)
+}
+
+/// Marks lines at the top that begin with `;`, `!` or `//` as comments. A row whose first cell is empty begins with `;` too: it has as many of
+/// them as the row below.
+pub(super) fn with_comment_signs(text: Cow<'_, str>) -> Cow<'_, str> {
+    const SIGNS: [&str; 3] = [";", "!", "//"];
+    let says = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+    let begins = |line: &&str| SIGNS.iter().any(|sign| line.starts_with(sign));
+    let top: Vec<&str> = text.lines().filter(says).take_while(begins).collect();
+    let Some(below) = text.lines().filter(says).nth(top.len()).filter(|_| !top.is_empty()) else { return text };
+    let parts = |line: &str| line.matches(';').count();
+    if top.len() < 3 && top.iter().any(|line| line.starts_with(';') && parts(line) == parts(below)) {
+        return text;
+    }
+    let mut left = top.len();
+    let marked = text.split_inclusive('\n').map(|line| {
+        let sign = SIGNS.iter().find(|sign| left > 0 && line.starts_with(*sign));
+        left -= usize::from(sign.is_some());
+        sign.map_or_else(|| line.to_owned(), |sign| "#".repeat(sign.len()) + &line[sign.len()..])
+    });
+    Cow::Owned(marked.collect())
+}
+
 /// CR line ends replaced by LF, of bytes.
 pub(super) fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
     if bytes.contains(&b'\n') || !bytes.contains(&b'\r') {

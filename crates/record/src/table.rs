@@ -10,7 +10,7 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::{
     Delimiter, MeasurementError, Place, ReadOptions, RecordKind, Sensitivity, binary, clock,
-    column::{Chosen, Column, choose, is_counter},
+    column::{Chosen, Column, is_counter},
     decimal::{self, Exact, number},
     dialect::{self, Dialect},
     encoding::{self, Decoded, Encoding},
@@ -18,7 +18,7 @@ use super::{
     names::{Header, counts, has_numbers, rises},
     place::SampleLines,
     preamble::{self, Preamble},
-    remedy::listed,
+    remedy::{choose_or_propose, listed},
     samples::{BRIDGED, Gap, Taking},
     sampling, separated,
     universal::{self, UniversalText},
@@ -50,6 +50,8 @@ pub(super) struct Table {
     pub origin: Option<(Exact, f64)>,
     /// First instant and step (s) of rows without a time.
     pub grid: Option<(f64, f64)>,
+    /// Sample interval that comments state, s.
+    pub stated_step: Option<f64>,
     /// Unit of the last digit of uneven instants, s; 0 if they are even, or if unknown.
     pub digit: f64,
     pub values: Vec<f64>,
@@ -188,7 +190,9 @@ pub(super) fn columns(path: &Path, bytes: &[u8], options: &ReadOptions) -> Resul
 }
 
 fn plain(text: Cow<'_, str>) -> Cow<'_, str> {
-    separated::without_excel_line(separated::with_hyphens(separated::with_line_ends(text)))
+    let text = separated::with_hyphens(separated::with_line_ends(text));
+    let text = separated::with_comment_signs(separated::without_excel_line(text));
+    separated::without_blanks_before_quotes(text)
 }
 
 /// Read the columns that `options` and the header choose.
@@ -241,33 +245,37 @@ pub(super) fn read(
     let header_at = units_line.or(header_line).unwrap_or(rows.line);
     let grid = preamble.as_ref().and_then(|preamble| preamble.grid);
     let grid = grid.or_else(|| options.sample_rate.map(|rate| (0.0, 1.0 / rate)));
-    let counted =
-        columns.len() == 1 || columns.first().is_some_and(|it| is_counter(&it.name)) && counts(&rows, dialect);
+    // A first column that rises without a name is rather the time; names say that it counts.
+    let untimed = columns.len() == 1
+        || !rises(&rows, dialect, 0)
+        || columns.first().is_some_and(|it| is_counter(&it.name)) && counts(&rows, dialect);
     let lines = comments.iter().chain(preamble.iter().flat_map(|it| &it.statements));
-    let header_step = if grid.is_none() && counted { header::sample_interval(lines) } else { None };
-    let grid = grid.or(header_step.map(|step| (0.0, step)));
+    let stated_step = sampling::agreed(header::sample_intervals(lines)).map(|step| step.map(|(_, step)| step));
     let clocks = preamble.as_ref().map_or(&[][..], |preamble| &preamble.clocks);
-    let timed = grid.is_some() || clocks.iter().any(Option::is_some);
-    let chosen = choose(&Place::line(path, header_at), &mut columns, kind, options, timed, stated);
-    let mut chosen = chosen.map_err(|error| {
-        if !has_numbers(&rows, dialect) {
-            return MeasurementError::NoRows { place: Place::line(path, header_at) };
-        }
-        // A first column that rises; of pairs the one beside the value, where it rises too.
+    let by_lines = grid.is_none() && untimed && stated_step != Ok(None);
+    let timed = grid.is_some() || by_lines || clocks.iter().any(Option::is_some);
+    let place = Place::line(path, header_at);
+    let likely = |columns: &[Column]| {
+        // A first column that rises, or the second beside a counter; of pairs the one beside the value, where it rises too.
         let is_open = |at: usize| columns[at].unit.is_none() && !is_counter(&columns[at].name);
         let value = options.column.as_ref().and_then(|wanted| columns.iter().position(|it| it.header == *wanted));
         let beside = value.and_then(|at| at.checked_sub(1)).filter(|at| at % 2 == 0);
-        let mut likely = beside.into_iter().chain([0]);
-        match likely.find(|&at| columns.len() > 1 && is_open(at) && rises(&rows, dialect, at)) {
-            Some(at) => error.with_likely_time(&columns[at].header),
-            None => error,
-        }
-    })?;
+        let second = (columns.len() > 2 && counts(&rows, dialect)).then_some(1);
+        let mut likely = beside.into_iter().chain(second).chain([0]);
+        let found = likely.find(|&at| columns.len() > 1 && is_open(at) && rises(&rows, dialect, at));
+        found.map(|at| (at, "UNIT"))
+    };
+    let chosen = choose_or_propose(&place, &mut columns, kind, options, timed, stated, likely);
+    let mut chosen =
+        chosen.map_err(|error| if has_numbers(&rows, dialect) { error } else { MeasurementError::NoRows { place } })?;
     let own = clocks.get(chosen.value).copied().flatten();
     if own.is_some() {
         chosen.time = None;
     }
-    let grid = own.or(grid);
+    let refused = |text| MeasurementError::Instrument { path: path.into(), text };
+    let by_lines = by_lines && chosen.time.is_none() && own.is_none();
+    let header_step = if by_lines { stated_step.clone().map_err(refused)? } else { None };
+    let grid = own.or(grid).or(header_step.map(|step| (0.0, step)));
 
     let counter = preamble.as_ref().and_then(|preamble| preamble.counter).filter(|it| chosen.time == Some(it.0));
     if let Some((_, _, step)) = counter {
@@ -344,6 +352,7 @@ pub(super) fn read(
         origin: None,
         grid: grid.filter(|_| chosen.time.is_none()),
         digit: 0.0,
+        stated_step: stated_step.unwrap_or_default(),
         chosen,
         values: Vec::with_capacity(expected),
         lines: SampleLines::default(),
@@ -359,7 +368,7 @@ pub(super) fn read(
         );
         table.warnings.push(text);
     }
-    if let (Some(step), None) = (header_step, table.chosen.time) {
+    if let Some(step) = header_step {
         table
             .assumptions
             .push(format!("one sample every {}, as the lines above the rows state; the first at 0", time(step)));
@@ -420,11 +429,19 @@ pub(super) fn read(
             return Err(MeasurementError::MoreThanAnnounced { place: Place::file(path), announced, found });
         }
     }
+    let lines = table.lines.clone();
     table.settle_times(path, gap.standing, options, |column| {
-        let mut rows = Rows::new(bytes, first_line, dialect.delimiter);
+        let mut rows = Rows::new(whole, first_line, dialect.delimiter);
         let mut digits = decimal::LastDigits::default();
+        let mut taken = 0;
         while rows.advance() {
-            digits.add(clock::seconds(text_of(&rows, column)), dialect.decimal);
+            // Other rows stand in other segments, or below the record.
+            while lines.get(taken).is_some_and(|line| line < rows.line) {
+                taken += 1;
+            }
+            if lines.get(taken) == Some(rows.line) {
+                digits.add(clock::seconds(text_of(&rows, column)), dialect.decimal);
+            }
         }
         digits.units()
     })?;

@@ -148,6 +148,14 @@ fn trace_figure(series: &Series, features: &Features, quantity: &str) -> Figure 
         .panel(panel)
 }
 
+/// Whether a line may be a side lobe of the drive's: the window is short of four periods of their difference, and the line not above twice
+/// Hann's envelope there, 1/(πx(x² − 1)) for x periods.
+fn is_leakage(line: &Line, features: &Features) -> bool {
+    let periods = (line.frequency_hz - features.drive_frequency_hz).abs() * features.window.duration();
+    let envelope = if periods < 1.5 { 1.0 } else { 1.0 / (std::f64::consts::PI * periods * (periods * periods - 1.0)) };
+    periods < 4.0 && line.relative < 2.0 * envelope
+}
+
 /// The lines at fractions and multiples of the drive frequency, amplitudes in `unit`, which is `factor` times the SI's number.
 #[must_use]
 pub fn lines_table(features: &Features, (factor, unit): (f64, &str)) -> Table {
@@ -155,6 +163,7 @@ pub fn lines_table(features: &Features, (factor, unit): (f64, &str)) -> Table {
         let remark = match line.ratio {
             _ if line.below_noise_floor => "not above the floor",
             Ratio::ONE => "drive",
+            _ if is_leakage(line, features) => "leakage of the drive line",
             _ => "",
         };
         let sizes = [significant(factor * line.amplitude, 4), significant(line.relative, 3), fixed(line.db, 1)];
@@ -195,4 +204,41 @@ pub fn csv(spectrum: &AmplitudeSpectrum, features: &Features) -> String {
         let _ = writeln!(text, "{:.3},{amplitude:e},{level:.3}", spectrum.frequency(index));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use granchain_signal::feature::{FeatureSettings, Window, measure};
+
+    use super::*;
+
+    /// Lines of a tone of that many cycles, with a second line at 2/3 of its frequency.
+    fn remarks(cycles: f64, second: f64) -> Vec<(Ratio, bool)> {
+        let value = |i: usize| {
+            let phase = std::f64::consts::TAU * 73e3 * 2e-7 * i as f64;
+            phase.sin() + second * (2.0 / 3.0 * phase).sin()
+        };
+        let series = Series::new(0.0, 2e-7, (0..(cycles / 73e3 / 2e-7) as usize).map(value).collect());
+        let settings = FeatureSettings {
+            drive_frequency: 73e3,
+            window: Some(Window::whole(&series)),
+            noise_rms: 0.0,
+            noise_bandwidth: None,
+            band: None,
+            unit: "m/s".into(),
+        };
+        let features = measure(&series, &settings).unwrap();
+        let loud = features.lines.iter().filter(|line| line.relative > 1e-3 && line.ratio != Ratio::ONE);
+        loud.map(|line| (line.ratio, is_leakage(line, &features))).collect()
+    }
+
+    #[test]
+    fn side_lobes_of_a_short_window_are_called_leakage_and_lines_are_not() {
+        let short = remarks(8.3, 0.0);
+        assert!(short.len() > 2 && short.iter().all(|(_, leakage)| *leakage), "{short:?}");
+        let long = remarks(60.0, 0.0);
+        assert!(long.iter().all(|(_, leakage)| !leakage), "{long:?}");
+        let is_line = |(ratio, leakage): &(Ratio, bool)| (ratio.to_string() == "2/3").then_some(!leakage);
+        assert_eq!(remarks(8.3, 0.5).iter().find_map(is_line), Some(true));
+    }
 }

@@ -9,7 +9,7 @@ use std::{collections::HashMap, path::Path};
 use hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group};
 
 use super::{
-    super::ReadOptions,
+    super::{ReadOptions, sampling},
     Contents, DEEPEST, MOST_UNPACKED,
     numpy::{Array, by_column, contents},
 };
@@ -32,15 +32,19 @@ pub(super) fn is_file(head: &[u8]) -> bool {
     head.starts_with(HDF5) || head.starts_with(MATLAB)
 }
 
-pub(super) fn read(path: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+pub(super) fn read(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, String> {
     let is_matlab = bytes.starts_with(MATLAB);
     let form = if is_matlab { "MATLAB 7.3 (.mat)" } else { "HDF5" };
     let left = MOST_UNPACKED.saturating_mul(bytes.len());
-    let mut walk = Walk { is_matlab, found: Vec::new(), left, visited: 0, assumptions: Vec::new() };
+    let mut walk =
+        Walk { is_matlab, found: Vec::new(), left, visited: 0, assumptions: Vec::new(), contradiction: None };
     let file = File::from_bytes(bytes.to_vec());
     file.and_then(|file| walk.group(&file.root(), "", &HashMap::new(), 0))
         .map_err(|error| refusal(form, path, is_matlab, &error))?;
-    let mut contents = contents(form, walk.found)?;
+    if let Some(text) = walk.contradiction.filter(|_| options.sample_rate.is_none()) {
+        return Err(format!("{form}: {text}"));
+    }
+    let mut contents = contents(form, walk.found, options)?;
     contents.assumptions.append(&mut walk.assumptions);
     Ok(contents)
 }
@@ -52,6 +56,8 @@ struct Walk {
     left: usize,
     visited: usize,
     assumptions: Vec<String>,
+    /// Attributes that contradict each other.
+    contradiction: Option<String>,
 }
 
 impl Walk {
@@ -100,11 +106,15 @@ impl Walk {
             |name: &str| attribute(name).and_then(|value| value.as_f64().or_else(|| Some(value.as_i64()? as f64)));
         // Texts, truth values and empty matrices of MATLAB are arrays of integers.
         let class = text("MATLAB_class").unwrap_or_default();
-        if matches!(class.as_str(), "char" | "logical" | "cell") || attributes.contains_key("MATLAB_empty") {
+        if matches!(class.as_str(), "logical" | "cell") || attributes.contains_key("MATLAB_empty") {
             return Ok(());
         }
         self.left -= count * size_of::<f64>();
         let mut values = dataset.read_f64()?;
+        if class == "char" {
+            self.found.push(Array::of_letters(name, &values));
+            return Ok(());
+        }
         for (gain, offset, scales_floats) in SCALES {
             let (stated, gain, offset) =
                 (number(gain).or(number(offset)), number(gain).unwrap_or(1.0), number(offset).unwrap_or(0.0));
@@ -117,8 +127,13 @@ impl Walk {
         }
         let unit = UNIT.into_iter().find_map(text).unwrap_or_default();
         let start = START.into_iter().find_map(number).unwrap_or(0.0);
-        let rate = || RATE.into_iter().find_map(number).map(|rate| 1.0 / rate);
-        let grid = STEP.into_iter().find_map(number).or_else(rate).map(|step| (start, step));
+        let steps = STEP.into_iter().filter_map(|key| Some((key, number(key)?)));
+        let rates = RATE.into_iter().filter_map(|key| Some((key, 1.0 / number(key)?)));
+        let step = sampling::agreed(steps.chain(rates)).unwrap_or_else(|text| {
+            self.contradiction.get_or_insert(text);
+            None
+        });
+        let grid = step.map(|(_, step)| (start, step));
         if let Some(unused) = UNUSED.into_iter().find(|unused| !is_float && number(unused).is_some()) {
             self.assumptions.push(format!(
                 "`{name}`: integers taken as they are; the attribute `{unused}` beside them is not used"
@@ -127,9 +142,11 @@ impl Walk {
         let outer = sizes.first().map_or(1, |outer| *outer);
         let inner = count / outer;
         self.found.push(match (self.is_matlab, sizes.len()) {
-            (_, 0 | 1) => Array { name, unit, grid, rows: count, columns: 1, values },
-            (true, _) => Array { name, unit, grid, rows: inner, columns: outer, values },
-            (false, _) => Array { name, unit, grid, rows: outer, columns: inner, values: by_column(&values, inner) },
+            (_, 0 | 1) => Array { name, unit, grid, rows: count, columns: 1, values, text: None },
+            (true, _) => Array { name, unit, grid, rows: inner, columns: outer, values, text: None },
+            (false, _) => {
+                Array { name, unit, grid, rows: outer, columns: inner, values: by_column(&values, inner), text: None }
+            }
         });
         Ok(())
     }

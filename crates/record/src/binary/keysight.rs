@@ -14,8 +14,9 @@ use super::{
 /// Types of a buffer: floats; the least and the greatest of every interval; counts.
 const FLOATS: u16 = 1;
 const EXTREMES: [u16; 2] = [2, 3];
-/// Waveform type of an average.
+/// Waveform types: an average; histograms over instants and values.
 const AVERAGE: u32 = 3;
+const HISTOGRAMS: [u32; 2] = [4, 5];
 const HERTZ: usize = 6;
 const UNITS: [&str; 8] = ["", "V", "s", "", "A", "dB", "Hz", ""];
 
@@ -55,6 +56,11 @@ fn waveform(file: Bytes<'_>, at: usize, number: usize, is_rigol: bool, wide: boo
     let model = file.text(at + 88, 24)?;
     let label = file.text(at + 112, 16)?;
     let name = if label.is_empty() { format!("channel {}", number + 1) } else { label };
+    if HISTOGRAMS.contains(&kind) {
+        return Some(Err(format!(
+            "channel `{name}`: expected samples in time, found a histogram; save the record itself"
+        )));
+    }
     if axis == HERTZ {
         return Some(Err(format!("channel `{name}`: {SPECTRUM}")));
     }

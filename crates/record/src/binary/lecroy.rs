@@ -63,6 +63,15 @@ const LECROY_1: Template = Template {
     whole: 320,
 };
 
+/// Place of the type of a record, and types that hold no sample an instant.
+const RECORD_TYPE: usize = 316;
+const NO_RECORDS: [(u16, &str); 4] = [
+    (2, "a histogram"),
+    (5, "complex numbers"),
+    (6, "extrema of many sweeps"),
+    (9, "extremes of every interval (peak detect)"),
+];
+
 /// Instant of sample i: offset + i · interval; value: gain · sample − offset. The instants of segments stand in an array of their own.
 pub(super) fn read(_: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, String> {
     let cut = || {
@@ -119,6 +128,11 @@ pub(super) fn read(_: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Cont
     // Only an average has more than one sweep.
     let sweeps = template.sweeps.and_then(|place| file.u32(place)).unwrap_or(1);
     let comments = if sweeps > 1 { vec![format!("averages: {sweeps}")] } else { Vec::new() };
+    // Of the first template nothing is known of them.
+    let kind = if template.segments == LECROY_2.segments { file.u16(RECORD_TYPE).unwrap_or(0) } else { 0 };
+    if let Some((_, what)) = NO_RECORDS.iter().find(|(code, _)| *code == kind) {
+        return Err(format!("LeCroy file: expected a sample an instant, found {what}; export the trace itself"));
+    }
     let axis = text(template.axis, 48);
     if axis != "S" && !axis.is_empty() {
         return Err(format!(

@@ -18,24 +18,26 @@ use super::{
 
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-/// Classes of a matrix: structure; first and last class of numbers.
+/// Classes of a matrix: structure, text; first and last class of numbers.
 const STRUCTURE: u8 = 2;
+const TEXT: u8 = 4;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
 /// Flag of a complex matrix.
 const COMPLEX: u8 = 8;
 const MOST_MATRICES: usize = 2000;
 
-pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+pub(super) fn read(_: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, String> {
     let big_endian = bytes.get(126..128) == Some(b"MI");
     let mut found = Vec::new();
     let mut left = MOST_UNPACKED.saturating_mul(bytes.len());
     elements(Bytes { all: bytes, big_endian }, 128, "", &mut found, &mut left, 0)
         .ok_or("MATLAB file: expected whole variables, found fewer bytes; the file was cut short: copy it again")?;
-    contents("MATLAB (.mat)", found)
+    contents("MATLAB (.mat)", found, options)
 }
 
-/// Header of a matrix of version 4: rows, columns, whether complex, bytes of its name; the type of its numbers, and whether they are a full matrix.
-fn header_4(file: Bytes<'_>, at: usize) -> Option<([usize; 4], Sample, bool)> {
+/// Header of a matrix of version 4: rows, columns, whether complex, bytes of its name; the type of its numbers, and whether they are a full matrix
+/// (0), a text (1) or a sparse one (2).
+fn header_4(file: Bytes<'_>, at: usize) -> Option<([usize; 4], Sample, usize)> {
     let form = file.count(at)?;
     let sizes = [4, 8, 12, 16].map(|offset| file.count(at + offset));
     let [Some(rows), Some(columns), Some(complex), Some(name)] = sizes else { return None };
@@ -49,7 +51,7 @@ fn header_4(file: Bytes<'_>, at: usize) -> Option<([usize; 4], Sample, bool)> {
         _ => return None,
     };
     let is_header = form / 100 == if file.big_endian { 10 } else { 0 } && form % 10 <= 2 && complex <= 1;
-    (is_header && (2..=64).contains(&name)).then_some(([rows, columns, complex, name], kind, form % 10 == 0))
+    (is_header && (2..=64).contains(&name)).then_some(([rows, columns, complex, name], kind, form % 10))
 }
 
 fn order_4(bytes: &[u8]) -> Option<Bytes<'_>> {
@@ -69,28 +71,32 @@ pub(super) fn is_4(head: &[u8]) -> bool {
     order_4(head).is_some()
 }
 
-pub(super) fn read_4(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, String> {
+pub(super) fn read_4(_: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Contents, String> {
     let cut = "MATLAB file: expected whole variables, found fewer bytes; the file was cut short: copy it again";
     let file = order_4(bytes).ok_or(cut)?;
     let (mut found, mut at) = (Vec::new(), 0);
     while at < bytes.len() && found.len() < MOST_MATRICES {
         let matrix = || {
-            let ([rows, columns, complex, length], kind, is_full) = header_4(file, at)?;
+            let ([rows, columns, complex, length], kind, class) = header_4(file, at)?;
             let data = at + 20 + length;
             let count = rows.checked_mul(columns)?;
             let size = count.checked_mul(kind.width() * (1 + complex))?;
             file.slice(data, size)?;
-            let values = file.samples(data, kind.width(), if is_full && complex == 0 { count } else { 0 }, kind);
+            let values = file.samples(data, kind.width(), if class < 2 && complex == 0 { count } else { 0 }, kind);
             let name = file.text(at + 20, length)?;
-            Some((Array { name, rows, columns, values, ..Array::default() }, data + size))
+            let array = match class {
+                1 => Array::of_letters(name, &values),
+                _ => Array { name, rows, columns, values, ..Array::default() },
+            };
+            Some((array, data + size))
         };
         let (array, next) = matrix().ok_or(cut)?;
-        if !array.values.is_empty() {
+        if array.text.is_some() || !array.values.is_empty() {
             found.push(array);
         }
         at = next;
     }
-    contents("MATLAB 4 (.mat)", found)
+    contents("MATLAB 4 (.mat)", found, options)
 }
 
 /// Type, length and place of the data of an element, and where the next begins.
@@ -167,12 +173,19 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
         }
         return Some(());
     }
-    // Logical and complex matrices, texts, cells and sparse matrices are no records.
-    if !NUMBERS.contains(&class) || flags & COMPLEX != 0 || sizes.len() != 2 {
+    // Logical and complex matrices, cells and sparse matrices are no records.
+    if !(NUMBERS.contains(&class) || class == TEXT) || flags & COMPLEX != 0 || sizes.len() != 2 {
         return Some(());
     }
     let (kind, length, data, _) = element(file, at)?;
     let kind = match kind {
+        // UTF-8, of which units have one byte a letter or two (`µ`).
+        16 if class == TEXT => {
+            let text = Some(String::from_utf8_lossy(file.slice(data, length)?).trim().to_owned());
+            found.push(Array { name, text, ..Array::default() });
+            return Some(());
+        }
+        17 if class == TEXT => Sample::Unsigned(2),
         1 => Sample::Signed(1),
         2 => Sample::Unsigned(1),
         3 => Sample::Signed(2),
@@ -191,7 +204,11 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
     }
     file.slice(data, length)?;
     let values = file.samples(data, kind.width(), count, kind);
-    found.push(Array { name, rows: sizes[0], columns: sizes[1], values, ..Array::default() });
+    found.push(if class == TEXT {
+        Array::of_letters(name, &values)
+    } else {
+        Array { name, rows: sizes[0], columns: sizes[1], values, ..Array::default() }
+    });
     Some(())
 }
 

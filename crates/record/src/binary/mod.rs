@@ -12,8 +12,8 @@
 //! | Rigol `.wfm` | `\xa5\xa5`, a series | files beside their CSV, and `RigolWFM` (Prahl), descriptions |
 //! | Rohde & Schwarz RTO, RTP | `.bin` in XML beside `.Wfm.bin` | R&S, *RTP User Manual*, waveform export |
 //! | HDF5, MATLAB 7.3 | `\x89HDF`, `MATLAB 7.3` | read by `hdf5-pure` |
-//! | Siglent `.bin` | switches and scales of its channels; refused | Siglent, *How to Extract Data from the Binary File* |
-//! | WAV | `RIFF` | – |
+//! | Siglent `.bin` | switches and scales of its channels; versions 2 to 4 are read | Siglent, *How to Extract Data from the Binary File* |
+//! | WAV, RF64, BW64 | `RIFF`, `RIFX`, `RF64`, `BW64` | Microsoft; EBU Tech 3306; ITU-R BS.2088 |
 
 mod bytes;
 mod hdf5;
@@ -34,9 +34,11 @@ use granchain_signal::number;
 
 use super::{
     MeasurementError, Place, ReadOptions, RecordKind,
-    column::{Column, choose},
+    column::Column,
     place::SampleLines,
-    samples,
+    remedy::choose_or_propose,
+    samples::{self, OVER_RANGE},
+    sampling,
     table::{Form, Table, guess_kind},
     time_column,
     universal::UniversalText,
@@ -80,7 +82,7 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         [b'T', b'D', b'S', b'm', ..] => tdms::read,
         [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => numpy::read_array,
         [b'P', b'K', 3, 4, ..] if numpy::is_archive(head) => numpy::read_archive,
-        [b'R', b'I', b'F', b'F', ..] => wav::read,
+        _ if wav::is_file(head) => wav::read,
         [b'A' | b'R', b'G', b'0' | b'1' | b'2' | b'3', b'0'..=b'9', ..] => keysight::read,
         _ if head.starts_with(b"MATLAB 5.0") => matlab::read,
         _ if matlab::is_4(head) => matlab::read_4,
@@ -89,7 +91,7 @@ fn reader(path: &Path, head: &[u8]) -> Option<Reader> {
         _ if tektronix::is_wfm(head) => tektronix::read_wfm,
         _ if within(b"WAVEDESC") => lecroy::read,
         _ if rohde_schwarz::is_export(path, head) => rohde_schwarz::read,
-        _ => return rigol::reader(head).or_else(|| siglent::is_file(head).then_some(siglent::refuse as Reader)),
+        _ => return rigol::reader(head).or_else(|| siglent::is_file(head).then_some(siglent::read as Reader)),
     })
 }
 
@@ -138,7 +140,12 @@ fn table(
             column.override_unit(unit);
         }
     }
-    let mut chosen = choose(&Place::line(path, 1), &mut columns, kind, options, timed, stated)?;
+    // Instants of programs are in seconds.
+    let rises = |column: &Column, channel: &Channel| column.unit.is_none() && sampling::is_ramp(&channel.values);
+    let likely = |columns: &[Column]| {
+        columns.iter().zip(&channels).position(|(column, channel)| rises(column, channel)).map(|at| (at, "s"))
+    };
+    let mut chosen = choose_or_propose(&Place::line(path, 1), &mut columns, kind, options, timed, stated, likely)?;
     let value = chosen.value;
     let count = channels[value].values.len();
     // A column of instants is what was measured; a step beside it may be another's.
@@ -196,10 +203,11 @@ fn table(
     if values.is_empty() {
         return Err(without_samples());
     }
-    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+    if let Some(at) = values.iter().position(|value| !(value.abs() < OVER_RANGE)) {
         let found = values[at];
         return Err(refused(format!(
-            "channel `{}`: expected finite numbers, found {found} at sample {at}; export the record again",
+            "channel `{}`: expected numbers below 9.9e37, found {found:.3e} at sample {at}: the input was overloaded, or the samples are of another type than \
+             the header says; export the record again, as CSV",
             channels[value].name
         )));
     }
@@ -227,6 +235,7 @@ fn table(
         times,
         origin: None,
         digit: 0.0,
+        stated_step: None,
         values,
         lines: SampleLines::default(),
         bridged: 0,

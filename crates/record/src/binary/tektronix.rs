@@ -1,4 +1,4 @@
-//! Tektronix `.isf`: a preamble of `KEY VALUE;` and one curve as a block `#NLENGTH…`; and `.wfm` of the versions `WFM#001` to `WFM#003`.
+//! Tektronix `.isf`: a preamble of `KEY VALUE;` and one curve, in text or as a block `#NLENGTH…`; and `.wfm` of the versions `WFM#001` to `WFM#003`.
 
 use std::path::Path;
 
@@ -26,8 +26,6 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
     let missing =
         |what: &str| format!("Tektronix file (.isf): expected {what}, found none; export the record again, or as CSV");
     let curve = curve.ok_or_else(|| missing("the curve behind its preamble"))?;
-    let hash =
-        curve + head[curve..].iter().position(|byte| *byte == b'#').ok_or_else(|| missing("a curve in binary form"))?;
     let preamble = String::from_utf8_lossy(&head[..curve]).into_owned();
     // The long form and the short one: `BYT_NR` and `BYT_N`, `YMULT` and `YMU`.
     let of = |names: &[&str]| {
@@ -37,29 +35,41 @@ pub(super) fn read(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Contents, 
         })
     };
     let number = |names: &[&str]| of(names).and_then(|value| value.parse::<f64>().ok());
-    let width = number(&["BYT_NR", "BYT_N"]).map_or(1, |width| width as usize).clamp(1, 8);
-    let digits = usize::from(head.get(hash + 1).copied().unwrap_or(b'0').saturating_sub(b'0'));
-    let length =
-        head.get(hash + 2..hash + 2 + digits).and_then(|text| std::str::from_utf8(text).ok()?.parse::<usize>().ok());
-    let length = length.ok_or_else(|| missing("the length of the curve"))?;
-    let kind = match of(&["BN_FMT", "BN_F"]).as_deref() {
-        Some("RP") => Sample::Unsigned(width),
-        Some("FP") => Sample::Float(width),
-        _ => Sample::Signed(width),
-    };
     if of(&["PT_FMT", "PT_F"]).is_some_and(|form| form.eq_ignore_ascii_case("ENV")) {
         return Err("Tektronix file (.isf): expected a sample an instant, found an envelope; record without envelope or peak detect".into());
     }
     if of(&["XUNIT", "XUN"]).is_some_and(|unit| unit.eq_ignore_ascii_case("Hz")) {
         return Err(format!("Tektronix file (.isf): {SPECTRUM}"));
     }
-    let big_endian = !of(&["BYT_OR", "BYT_O"]).is_some_and(|order| order.eq_ignore_ascii_case("LSB"));
-    let file = Bytes { all: bytes, big_endian };
-    let mut values = file.samples(hash + 2 + digits, width, length / width, kind);
-    if values.len() < length / width {
+    let rest = &bytes[curve + 5..];
+    let (expected, mut values) = if rest.trim_ascii_start().starts_with(b"#") {
+        let width = number(&["BYT_NR", "BYT_N"]).map_or(1, |width| width as usize).clamp(1, 8);
+        let hash = rest.iter().position(|byte| *byte == b'#').unwrap_or(0);
+        let digits = usize::from(rest.get(hash + 1).copied().unwrap_or(b'0').saturating_sub(b'0'));
+        let length =
+            rest.get(hash + 2..hash + 2 + digits).and_then(|text| std::str::from_utf8(text).ok()?.parse().ok());
+        let length: usize = length.ok_or_else(|| missing("the length of the curve"))?;
+        let kind = match of(&["BN_FMT", "BN_F"]).as_deref() {
+            Some("RP") => Sample::Unsigned(width),
+            Some("FP") => Sample::Float(width),
+            _ => Sample::Signed(width),
+        };
+        let big_endian = !of(&["BYT_OR", "BYT_O"]).is_some_and(|order| order.eq_ignore_ascii_case("LSB"));
+        let file = Bytes { all: rest, big_endian };
+        (length / width, file.samples(hash + 2 + digits, width, length / width, kind))
+    } else {
+        // `ENCDG ASC`: the curve in text.
+        let text = String::from_utf8_lossy(rest);
+        let numbers = text.split([';', '\n']).next().unwrap_or_default().split(',');
+        let values: Vec<f64> = numbers.map_while(|number| number.trim().parse().ok()).collect();
+        (number(&["NR_PT", "NR_P"]).map_or(values.len(), |points| points as usize), values)
+    };
+    if values.is_empty() {
+        return Err(missing("a curve in numbers or in binary form"));
+    }
+    if values.len() < expected {
         return Err(format!(
-            "Tektronix file (.isf): expected {} samples, found {}; the file was cut short: copy it again",
-            length / width,
+            "Tektronix file (.isf): expected {expected} samples, found {}; the file was cut short: copy it again",
             values.len()
         ));
     }
@@ -159,6 +169,14 @@ pub(super) fn read_wfm(_: &Path, bytes: &[u8], _: &ReadOptions) -> Result<Conten
     values.iter_mut().for_each(|value| *value = *value * gain + offset);
     let text = |at, length| file.text(at, length).unwrap_or_default();
     let label = Some(text(40, 32)).filter(|label| !label.is_empty()).unwrap_or_else(|| "waveform".into());
+    // A spectrum view names its I and Q behind the curve, where they stand by turns.
+    if bytes[until..].windows(4).any(|part| part == b"\0IQ_") {
+        return Err(wrong(
+            "real samples",
+            "complex ones of a spectrum view (I and Q by turns)",
+            "save the channel itself, not its spectrum view",
+        ));
+    }
     let axis = text(time + 20, 20);
     if !axis.to_lowercase().starts_with('s') && !axis.is_empty() {
         return Err(wrong("samples in time", &format!("an axis in `{axis}`"), "save the record in time"));

@@ -97,19 +97,27 @@ pub(super) fn labview(path: &Path, text: &str, dataset: Option<usize>) -> Result
     })
 }
 
-/// Export Waveforms to Spreadsheet File: `waveform`, `t0` and `delta t` above names; the rows repeat the time of day in
-/// milliseconds, so the first row is taken as 0.
+/// Export Waveforms to Spreadsheet File: `waveform`, `t0` and `delta t` above names, `time` or `time[0]` for the instants; the rows repeat the
+/// time of day in milliseconds, so the first row is taken as 0. Each waveform may have a clock of its own.
 pub(super) fn waveforms(lines: &[Line<'_>]) -> Option<Preamble> {
-    let steps = row_of(lines, "delta t")?;
-    let step = number(steps.first()?).filter(|step| *step > 0.0 && steps.iter().all(|it| *it == steps[0]))?;
-    let head = lines.iter().position(|line| cells(line.text)[0] == "time")?;
+    let steps: Vec<f64> = row_of(lines, "delta t")?.into_iter().map(number).collect::<Option<_>>()?;
+    let (step, one) = (*steps.first()?, steps.windows(2).all(|pair| pair[0] == pair[1]));
+    let is_time = |name: &str| name == "time" || name.starts_with("time[");
+    let head = lines.iter().position(|line| is_time(cells(line.text)[0]))?;
     let first = lines.get(head + 1)?;
-    let names = cells(lines[head].text).into_iter().skip(1).map(str::to_owned);
-    Some(Preamble {
-        header: Some(std::iter::once(String::new()).chain(names).collect()),
-        grid: Some((0.0, step)),
-        interval: Some(step),
-        assumptions: vec![format!("instants from delta t: the first sample at 0, one every {}", time(step))],
+    let names = cells(lines[head].text);
+    let header: Vec<String> =
+        names.iter().map(|name| if is_time(name) { String::new() } else { (*name).to_owned() }).collect();
+    let mut own = steps.iter();
+    let clocks = header.iter().map(|name| if name.is_empty() { None } else { own.next().map(|step| (0.0, *step)) });
+    let clocks: Vec<_> = if one { Vec::new() } else { clocks.collect() };
+    let assumed = format!("instants from delta t: the first sample at 0, one every {}", time(step));
+    steps.iter().all(|step| *step > 0.0).then(|| Preamble {
+        header: Some(header),
+        grid: one.then_some((0.0, step)),
+        clocks,
+        interval: one.then_some(step),
+        assumptions: one.then_some(assumed).into_iter().collect(),
         ..Preamble::above("LabVIEW", first, lines)
     })
 }

@@ -2,6 +2,7 @@
 //!
 //! | instrument | recognised by | what is taken from it |
 //! |---|---|---|
+//! | Brüel & Kjær PULSE, Reflex | `X-Axis unit:`, `Y-Axis unit:` | names, units, sample interval, number of points |
 //! | Digilent WaveForms | `#Digilent WaveForms` | sample rate, number of points |
 //! | GW Instek | `Memory Length` … `Waveform Data` | units, names, sample interval, number of points; counts are refused |
 //! | Hantek | `#timebase=` | – (seconds and millivolts, which are not written) |
@@ -22,6 +23,7 @@
 //!
 //! Other Rohde & Schwarz and PicoScope need nothing: their headers are `in s,C1 in V` and `Time,Channel A` with units below.
 
+mod axes;
 mod digilent;
 mod gwinstek;
 mod hantek;
@@ -42,7 +44,7 @@ use std::path::Path;
 
 use granchain_signal::{Dimension, number::time};
 
-use super::{DecimalSign, MeasurementError, Place, column::parse_unit, decimal};
+use super::{DecimalSign, Delimiter, MeasurementError, Place, column::parse_unit, decimal, dialect};
 
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Preamble {
@@ -147,9 +149,10 @@ fn line_at(text: &str, at: usize) -> Line<'_> {
 
 /// Cells of a line, split at its most frequent delimiter, without surrounding blanks and quotes.
 fn cells(line: &str) -> Vec<&str> {
-    let count = |delimiter: char| line.matches(delimiter).count();
-    let delimiter = [';', '\t', ','].into_iter().filter(|it| count(*it) > 0).max_by_key(|it| (count(*it), *it != ','));
-    line.split(delimiter.unwrap_or(',')).map(|cell| cell.trim().trim_matches('"').trim()).collect()
+    let count = |delimiter: &Delimiter| dialect::cells(line, *delimiter).count();
+    // The first of those that are as frequent; a comma where there is none.
+    let most = Delimiter::ALL.into_iter().max_by_key(|it| (count(it), *it != Delimiter::Comma));
+    dialect::cells(line, most.filter(|it| count(it) > 1).unwrap_or_default()).collect()
 }
 
 /// Values after a key in the first row that it begins, one for every channel.
@@ -191,7 +194,9 @@ pub(super) fn recognise(path: &Path, text: &str, dataset: Option<usize>) -> Resu
         return keysight::waveform(path, &whole).map(Some);
     } else if any("NUM_SIGS") && any("HORZ_UNITS") {
         return Ok(hioki::hioki(&whole));
-    } else if first.starts_with("waveform\t") {
+    } else if any("X-Axis unit:") && any("Y-Axis unit:") {
+        return Ok(axes::axes(&whole));
+    } else if begins(&["waveform\t", "waveform,", "waveform;"]) {
         return Ok(labview::waveforms(&whole));
     } else if first.starts_with("#timebase=") {
         return Ok(hantek::hantek(&whole));

@@ -19,6 +19,8 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
     };
     let amplitude = unit("Vertical Units").unwrap_or_else(|| "V".to_owned());
     let seconds = seconds(&time);
+    // Of several waveforms each may have its own.
+    let same = |key: &str| values(lines, key).windows(2).all(|pair| pair[0] == pair[1]);
     let assumptions = [("Horizontal Units", "time taken in s"), ("Vertical Units", "amplitude taken in V")]
         .into_iter()
         .filter(|(key, _)| unit(key).is_none())
@@ -27,8 +29,11 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
     let mut preamble = Preamble {
         instrument: "Tektronix",
         units: Some((time, amplitude)),
-        interval: number(interval).filter(|value| *value > 0.0).zip(seconds).map(|(value, factor)| value * factor),
-        points: count(length),
+        interval: number(interval)
+            .filter(|value| *value > 0.0 && same("Sample Interval"))
+            .zip(seconds)
+            .map(|(value, factor)| value * factor),
+        points: count(length).filter(|_| same("Record Length")),
         assumptions,
         ..Preamble::default()
     };
@@ -40,8 +45,10 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
         preamble.statements = statements(lines, header.number);
         let names = cells(header.text.trim_start_matches('#'));
         let times: Vec<usize> = (0..names.len()).filter(|at| names[*at].eq_ignore_ascii_case("time")).collect();
-        if let (true, Some(first)) = (times.len() > 1, lines.iter().find(|line| line.number > header.number)) {
-            preamble.header = Some(side_by_side(lines, &times, names.len(), &cells(first.text)));
+        let mut below = lines.iter().filter(|line| line.number > header.number);
+        if let (true, Some(first)) = (times.len() > 1, below.next()) {
+            let rows = [Some(first), below.next()].map(|line| line.map(|line| cells(line.text)).unwrap_or_default());
+            preamble.header = Some(side_by_side(lines, &times, &names, &rows));
             (preamble.body, preamble.body_line) = (first.at, first.number);
             return Ok(Some(preamble));
         }
@@ -75,7 +82,8 @@ pub(super) fn tektronix(path: &Path, lines: &[Line<'_>]) -> Result<Option<Preamb
     if times.is_empty() {
         return Err(missing(path, "Tektronix", "a header `TIME,CH1`, or rows beside the keys"));
     }
-    preamble.header = Some(side_by_side(lines, &times, width, &row));
+    let second = lines.get(1).map(|line| cells(line.text)).unwrap_or_default();
+    preamble.header = Some(side_by_side(lines, &times, &vec![""; width], &[row, second]));
     preamble.body_line = 1;
     Ok(Some(preamble))
 }
@@ -95,27 +103,35 @@ pub(super) fn plain(first: &Line<'_>) -> Option<Preamble> {
     })
 }
 
-/// Names of `width` columns. Each column of instants (`times`) is followed by the values of a waveform; a column that
-/// repeats the first waveform's instants in row `first` has no name.
-fn side_by_side(lines: &[Line<'_>], times: &[usize], width: usize, first: &[&str]) -> Vec<String> {
+/// Names of the columns, of which `names` may say some. Behind each column of instants (`times`) stand the values of a waveform; a column that
+/// repeats the first waveform's instants in the first two `rows` has no name.
+fn side_by_side(lines: &[Line<'_>], times: &[usize], names: &[&str], rows: &[Vec<&str>; 2]) -> Vec<String> {
     let (sources, units) = (values(lines, "Source"), values(lines, "Vertical Units"));
-    let mut header = vec![String::new(); width];
-    for (waveform, &at) in times.iter().enumerate() {
-        let name = match sources.get(waveform).filter(|name| !name.is_empty()) {
+    let mut header = vec![String::new(); names.len()];
+    let ends = times.iter().copied().skip(1).chain([names.len()]);
+    for (waveform, (&at, end)) in times.iter().zip(ends).enumerate() {
+        let source = match sources.get(waveform).filter(|name| !name.is_empty()) {
             Some(name) => (*name).to_owned(),
             None if waveform == 0 => "value".to_owned(),
             None => format!("waveform {}", waveform + 1),
         };
+        let unit = units.get(waveform).filter(|unit| times.len() > 1 && !["", "None"].contains(unit));
+        let mut first = None;
+        for column in at + 1..end {
+            let name = match names[column] {
+                "" if column == at + 1 => source.clone(),
+                name => name.to_owned(),
+            };
+            first = first.or_else(|| Some(name.clone()));
+            header[column] = match unit {
+                Some(unit) if !name.is_empty() => format!("{name} ({unit})"),
+                _ => name,
+            };
+        }
         if waveform == 0 {
             header[at] = "TIME".to_owned();
-        } else if first.get(at) != first.get(times[0]) {
-            header[at] = format!("TIME - {name}");
-        }
-        if let Some(cell) = header.get_mut(at + 1) {
-            *cell = match units.get(waveform).filter(|unit| times.len() > 1 && !unit.is_empty()) {
-                Some(unit) => format!("{name} ({unit})"),
-                None => name,
-            };
+        } else if rows.iter().any(|row| row.get(at) != row.get(times[0])) {
+            header[at] = format!("TIME - {}", first.unwrap_or(source));
         }
     }
     header

@@ -182,6 +182,7 @@ pub(in super::super) fn read(
         origin: None,
         grid,
         digit: 0.0,
+        stated_step: None,
         values,
         lines: SampleLines::default(),
         bridged: 0,

@@ -48,6 +48,16 @@ fn every_file_gives_the_samples_and_instants_that_were_written() {
         ("segments.tdms", &channel("horn"), 0.2, -1e-5, 0.0),
         ("full-scale.wav", &channel("1"), 0.1, 0.0, 1e-8),
         ("full-scale.wav", &channel("2"), -0.1, 0.0, 1e-8),
+        ("beside.mat", &options(), 0.1, -1e-5, 1e-15),
+        ("units.mat", &options(), 0.1, -1e-5, 1e-15),
+        ("units.npz", &options(), 0.1, -1e-5, 1e-15),
+        ("doubles.wav", &channel("2"), -0.1, 0.0, 0.0),
+        ("long.wav", &channel("1"), 0.1, 0.0, 1.6e-6),
+        ("curve-text.isf", &options(), 0.1, -1e-5, 5.1e-7),
+        // Half a code: 0.1 V and 0.01 V · 10 a division, of 25 and 7680 codes.
+        ("siglent-2.bin", &channel("CH2"), 0.1, -1e-5, 2.01e-4),
+        ("siglent-2.bin", &channel("CH4"), -0.1, -1e-5, 2.01e-4),
+        ("siglent-4.bin", &options(), 0.1, -1e-5, 6.6e-7),
         ("averaged.trc", &options(), 0.1, -1e-5, 1e-6),
         ("curve.isf", &options(), 0.1, -1e-5, 5.1e-7),
         ("two-channels.bin", &channel("1"), 0.1, -1e-5, 4e-9),
@@ -118,15 +128,9 @@ fn a_broken_hdf5_file_is_refused_with_three_lines_of_python() {
 }
 
 #[test]
-fn siglent_is_named_by_its_content() {
+fn other_versions_of_siglent_are_named_by_their_content() {
     let put = |bytes: &mut Vec<u8>, at: usize, part: &[u8]| bytes[at..at + part.len()].copy_from_slice(part);
-    for (version, switches, scale, wide) in [
-        (4u32, 0x08, 0x18, true),
-        (3, 0x04, 0x14, true),
-        (2, 0x04, 0x14, true),
-        (1, 0x00, 0x10, true),
-        (0, 0x100, 0xbc, false),
-    ] {
+    for (version, switches, scale, wide) in [(1u32, 0x00, 0x10, true), (0, 0x100, 0xbc, false)] {
         let mut bytes = vec![0; 6000];
         put(&mut bytes, 0, &version.to_le_bytes());
         put(&mut bytes, switches, &1u32.to_le_bytes());
@@ -145,6 +149,88 @@ fn siglent_is_named_by_its_content() {
         let message = refused(&bytes);
         assert!(message.contains("Siglent file (.bin)") && message.contains("its CSV is read"), "{version}: {message}");
     }
+}
+
+#[test]
+fn two_clocks_that_contradict_each_other_are_named_and_a_stated_rate_decides() {
+    let read = |options: &ReadOptions| read_record(&file("contradiction.npz"), RecordKind::Vibrometer, options);
+    let message = read(&options()).unwrap_err().to_string();
+    for part in ["`fs`", "`dt`", "0.2 µs", "200 µs", "--sample-rate RATE"] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    let attributes =
+        read_record(&file("contradiction.h5"), RecordKind::Vibrometer, &options()).unwrap_err().to_string();
+    assert!(attributes.contains("`fs`") && attributes.contains("`dt`"), "{attributes}");
+    let raw = read(&ReadOptions { sample_rate: Some(5e6), ..options() }).unwrap().raw;
+    assert!(raw.len() == 400 && (raw.step / 2e-7 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn samples_that_are_of_another_type_than_their_header_says_are_refused() {
+    // Counts where the header says floats: 8 and 16 bits read as 32 make 3e38, or 1e-39.
+    let bytes = fs::read(file("two-channels.bin")).unwrap();
+    let data = bytes.len() - 1600;
+    for count in [0x76u8, 0x80, 0x7e, 0x00] {
+        let mut bytes = bytes.clone();
+        bytes[data..].iter_mut().enumerate().for_each(|(i, byte)| *byte = count.wrapping_add((i % 2) as u8));
+        let refused = read_record_bytes(Path::new("a.bin"), &bytes, Some(RecordKind::Vibrometer), &channel("2"));
+        let message = refused.unwrap_err().to_string();
+        assert!(
+            message.contains("numbers below 9.9e37") || message.contains("at an input between"),
+            "{count}: {message}"
+        );
+    }
+}
+
+#[test]
+fn complex_samples_of_tektronix_are_refused() {
+    let meta = b"\0\0\0\x0d\0\0\0IQ_windowType\x01\x0b\0\0\0Blackharris";
+    let bytes = [&fs::read(file("tektronix-3.wfm")).unwrap()[..], meta].concat();
+    let refused = read_record_bytes(Path::new("a.wfm"), &bytes, Some(RecordKind::Vibrometer), &options());
+    let message = refused.unwrap_err().to_string();
+    assert!(message.contains("complex") && message.contains("save the channel itself"), "{message}");
+}
+
+#[test]
+fn histograms_and_extrema_are_no_records() {
+    let of = |name: &str, at: usize, value: u8| {
+        let mut bytes = fs::read(file(name)).unwrap();
+        bytes[at] = value;
+        read_record_bytes(Path::new("a.bin"), &bytes, Some(RecordKind::Vibrometer), &channel("1"))
+            .unwrap_err()
+            .to_string()
+    };
+    for (name, at, value, named) in [
+        ("averaged.trc", 11 + 316, 5, "complex"),
+        ("averaged.trc", 11 + 316, 6, "extrema"),
+        ("two-channels.bin", 12 + 4, 4, "histogram"),
+    ] {
+        let message = of(name, at, value);
+        assert!(message.contains(named), "{name}: {message}");
+    }
+}
+
+#[test]
+fn instants_in_a_column_of_an_array_are_proposed_as_time() {
+    let error = read_record(&file("volts.npy"), RecordKind::Vibrometer, &options()).unwrap_err();
+    assert_eq!(error.remedy().as_deref(), Some("--read time_column=volts:1 --read time_unit=s"));
+    let typed = ReadOptions { time_column: Some("volts:1".into()), time_unit: Some("s".into()), ..options() };
+    assert!((read("volts.npy", &typed).raw.step / 2e-7 - 1.0).abs() < 1e-9);
+    // The instants are no record.
+    let untimed = ReadOptions { sample_rate: Some(5e6), ..channel("1") };
+    let message = read_record(&file("volts.npy"), RecordKind::Vibrometer, &untimed).unwrap_err().to_string();
+    assert!(message.contains("rise or fall evenly"), "{message}");
+}
+
+#[test]
+fn a_part_of_full_scale_is_a_pressure_by_the_sensitivity_of_the_whole_recorder() {
+    let scale = |text: &str| ReadOptions { scale: Sensitivity::parse(text).ok(), ..channel("1") };
+    let read = |name: &str, text: &str| read_record(&file(name), RecordKind::Hydrophone, &scale(text));
+    let raw = read("doubles.wav", "-176 dB re 1/uPa").unwrap().raw;
+    assert!((raw.values[0] - 0.05 * 630.957_344_480_193).abs() < 1e-9, "{}", raw.values[0]);
+    // Volts are no parts of full scale.
+    let message = read("two-channels.bin", "-176 dB re 1/uPa").unwrap_err().to_string();
+    assert!(message.contains("full scale, found the unit `V`"), "{message}");
 }
 
 #[test]

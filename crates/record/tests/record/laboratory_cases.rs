@@ -5,32 +5,32 @@ use std::{fmt::Write as _, path::Path};
 use granchain_record::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record_bytes};
 
 /// A tone of 31 kHz at 1 MHz, volts.
-fn volts(i: usize) -> f64 {
+pub(super) fn volts(i: usize) -> f64 {
     (2.0 * std::f64::consts::PI * 0.031 * i as f64).sin() * 4e-3
 }
 
 /// A text whose rows follow the header.
-fn file(header: &str, count: usize, row: impl Fn(usize) -> String) -> String {
+pub(super) fn file(header: &str, count: usize, row: impl Fn(usize) -> String) -> String {
     (0..count).fold(format!("{header}\n"), |mut text, i| {
         let _ = writeln!(text, "{}", row(i));
         text
     })
 }
 
-fn read(name: &str, text: &str, options: &ReadOptions) -> Result<Record, MeasurementError> {
+pub(super) fn read(name: &str, text: &str, options: &ReadOptions) -> Result<Record, MeasurementError> {
     read_record_bytes(Path::new(name), text.as_bytes(), Some(RecordKind::Vibrometer), options)
 }
 
-fn scaled() -> ReadOptions {
+pub(super) fn scaled() -> ReadOptions {
     ReadOptions { scale: Sensitivity::parse("1 m/s/V").ok(), ..ReadOptions::default() }
 }
 
-fn channel(name: &str) -> ReadOptions {
+pub(super) fn channel(name: &str) -> ReadOptions {
     ReadOptions { column: Some(name.into()), ..scaled() }
 }
 
 #[track_caller]
-fn assert_record(record: &Record, count: usize, start: f64, step: f64, factor: f64) {
+pub(super) fn assert_record(record: &Record, count: usize, start: f64, step: f64, factor: f64) {
     let series = &record.raw;
     assert_eq!(series.len(), count);
     assert!((series.step - step).abs() <= 1e-9 * step, "step {:e}", series.step);

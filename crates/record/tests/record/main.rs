@@ -7,6 +7,7 @@ mod instruments;
 mod laboratory_cases;
 mod laboratory_columns;
 mod laboratory_files;
+mod laboratory_kinds;
 mod read_back;
 mod reader_dialects;
 mod reader_errors;

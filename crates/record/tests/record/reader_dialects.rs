@@ -256,7 +256,7 @@ fn wrong_delimiters_mixed_decimals_and_mixed_units_are_refused_with_line_and_rem
         "{message}"
     );
     // Nothing but numbers that may have their thousands set off.
-    let rows: Vec<_> = (1..40).map(|i| format!("{i},000;{i},234")).collect();
+    let rows: Vec<_> = (1..40).map(|i| format!("{i},000;{},234", (i - 1) % 7 + 1)).collect();
     let grouped = format!("Zeit [us];v [mm/s]\n{}\n", rows.join("\n"));
     assert_eq!(
         refused("vib.csv", &grouped, &none),
