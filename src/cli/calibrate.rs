@@ -75,7 +75,7 @@ pub struct Arguments {
     /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap (scale
     /// of a half-normal distribution), drive (half-width of a uniform one), and as standard deviations gap_scale, baseline, sensitivity, precompression,
     /// support_stiffness, modulus, mass [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
-    /// modulus=0.012, mass=0.012, baseline: estimated from the horn-tip record]
+    /// modulus=0.012, mass=0.012, baseline: estimated from the horn-tip record; of hits of a striker: drive=0.05, modulus=0.004]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
     /// Number of runs for each damping law [default: 600; 1800 for three or more parameters; 1200 for several records. The intervals were tested with

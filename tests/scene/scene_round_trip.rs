@@ -6,8 +6,8 @@ use granchain::scene::{
     Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_SLIP_VELOCITY,
     DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements,
     FeaSettings, FieldPoint, FlatContact, Holder, Horn, Integrator, Limits, Material, MaterialLoss, Medium, MeshFile,
-    ModelKind, ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Support, Water, WaterMesh,
-    WaterMethod, WaterSettings, load_text,
+    ModelKind, ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Sensor, Support, Water,
+    WaterMesh, WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 
@@ -142,7 +142,7 @@ fn chains() -> impl Strategy<Value = Chain> {
             1 => vec![gap; contacts],
             _ => (0..contacts).map(|index| gap * index as f64 / contacts as f64).collect(),
         };
-        let sensor = (kind == 1).then_some(contacts - 1);
+        let sensor = (kind == 1).then_some(Sensor { bead: contacts - 1, share: force });
         let gravity = if kind == 2 { 10.0 * force } else { 0.0 };
         Chain { beads, gaps, precompression: if kind == 0 { force } else { 0.0 }, gravity, sensor }
     })

@@ -106,6 +106,10 @@ pub enum Cause {
     Plate,
     /// Velocity of the striker.
     Velocity,
+    /// What the force sensor in a bead reads.
+    Sensor,
+    /// The time between the samples of a record.
+    Clock,
     /// Losses in the contacts of the beads.
     ContactLoss,
     /// The gap before the first bead.

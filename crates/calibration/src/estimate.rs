@@ -48,8 +48,9 @@ fn estimate(parameter: &Parameter, posterior: &Posterior, most_likely: f64, d: u
 }
 
 impl Estimate {
-    /// Of the most likely value and the quantiles 5, 50 and 95 %, in unit coordinates.
+    /// Of the most likely value and the quantiles 5, 50 and 95 %, in unit coordinates; where that value lies outside its interval the median is quoted.
     pub(super) fn between(parameter: &Parameter, most_likely: f64, [low, median, high]: [f64; 3]) -> Self {
+        let most_likely = if (low..=high).contains(&most_likely) { most_likely } else { median };
         let pressed = Parameter::pressed(low, most_likely, high);
         Self {
             name: parameter.name.clone(),
@@ -116,5 +117,22 @@ fn polish(training: &TrainingRuns, posterior: &Posterior) -> Vec<f64> {
     match polished {
         Some(point) if training.log_likelihood(&point) >= training.log_likelihood(&start) => point,
         _ => start,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quoted_value_lies_in_its_interval_wherever_the_mode_is() {
+        let alpha = Parameter::alpha();
+        for (mode, quoted) in [(0.1, 0.5), (0.45, 0.45), (0.9, 0.5)] {
+            let found = Estimate::between(&alpha, mode, [0.4, 0.5, 0.6]);
+            assert!(
+                found.value == alpha.value(quoted) && found.low < found.value && found.value < found.high,
+                "{mode}"
+            );
+        }
     }
 }

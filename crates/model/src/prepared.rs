@@ -112,11 +112,11 @@ impl Prepared {
             }
             PreparedModel::OnDisc(disc) => {
                 super::need_drive(scene, "chain")?;
-                disc.run(scene, motion, progress)?.counted(scene.is_struck(), scene.chain.sensor)
+                disc.run(scene, motion, progress)?.counted(scene.is_struck(), |forces| scene.chain.reading(forces))
             }
             PreparedModel::Reduced { reduction, .. } => reduction
                 .run_with(&scene.with_striker(), motion, progress)?
-                .counted(scene.is_struck(), scene.chain.sensor),
+                .counted(scene.is_struck(), |forces| scene.chain.reading(forces)),
             PreparedModel::Fea => fea::run(scene, motion, progress)?,
         };
         super::check_energy(&response.energy)?;

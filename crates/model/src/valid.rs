@@ -3,8 +3,8 @@
 use crate::{
     ModelError, need_drive,
     scene::{
-        Chain, ContactLaw, DampingCoefficients, DampingTerm, Holder, Horn, ModelKind, Relaxation, Scene, Support,
-        TermDescription,
+        Chain, ContactLaw, DampingCoefficients, DampingTerm, Holder, Horn, ModelKind, Relaxation, Scene, Sensor,
+        Support, TermDescription,
     },
 };
 
@@ -116,8 +116,10 @@ impl Scene {
                 self.horn.map_or(0.0, |horn| horn.mass),
             )?;
         }
-        let sensor = chain.sensor.unwrap_or(1);
-        need((1..=chain.beads.len()).contains(&sensor), "chain.sensor", "the number of a bead", sensor as f64)?;
+        if let Some(Sensor { bead, share }) = chain.sensor {
+            need((1..=chain.beads.len()).contains(&bead), "chain.sensor", "the number of a bead", bead as f64)?;
+            need((0.0..=1.0).contains(&share), "chain.sensor_share", "a share from 0 to 1", share)?;
+        }
         not_negative("chain.gravity", "an acceleration ≥ 0, m/s²", chain.gravity)?;
         if chain.gravity == 0.0 {
             return Ok(());

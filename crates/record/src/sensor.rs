@@ -2,17 +2,20 @@
 //!
 //! No drive, no line and no period is looked for: the record is of impulses.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::Read as _,
+    path::{Path, PathBuf},
+};
 
 use granchain_signal::{Dimension, Series, sha256};
 
 use super::{
-    MeasurementError, Place, ReadOptions, RecordKind,
+    MeasurementError, Place, ReadOptions, RecordKind, binary,
     column::{Column, is_counter},
     encoding,
     notes::Notes,
     read::{read_file, read_head},
-    sampling, table,
+    sampling, table, time_column,
 };
 
 /// Trace of a force sensor, in the unit of its file.
@@ -38,7 +41,8 @@ fn is_named(column: &Column) -> bool {
     header.split(|letter: char| !letter.is_alphanumeric()).any(|word| NAMES.iter().any(|name| word.starts_with(name)))
 }
 
-/// Headers of the columns of a force: those in newtons, or of such a name in volts or without a unit, or else all that are in volts.
+/// Headers of the columns of a force: those in newtons, or of such a name in volts or without a unit, or else all that are in volts, or all without a
+/// unit that are no instants.
 fn candidates(columns: &[Column]) -> Vec<&str> {
     let of = |accept: &dyn Fn(&Column) -> bool| -> Vec<&str> {
         columns
@@ -48,15 +52,25 @@ fn candidates(columns: &[Column]) -> Vec<&str> {
             .collect()
     };
     let plain = |column: &Column| matches!(column.dimension(), None | Some(Dimension::VOLTAGE));
-    let ways: [&dyn Fn(&Column) -> bool; 3] = [
+    let ways: [&dyn Fn(&Column) -> bool; 4] = [
         &|column| column.dimension() == Some(Dimension::FORCE),
         &|column| is_named(column) && plain(column),
         &|column| column.dimension() == Some(Dimension::VOLTAGE),
+        &|column| column.dimension().is_none() && !time_column::is_named_or_numbered(column),
     ];
     ways.iter().map(|accept| of(accept)).find(|found| !found.is_empty()).unwrap_or_default()
 }
 
+/// The cell array that all these columns are cells of, one hit a cell.
+fn is_of_cells(columns: &[&str]) -> bool {
+    let array = |column: &&str| Some(column.strip_suffix('}')?.rsplit_once('{')?.0.to_owned());
+    columns.first().and_then(array).is_some_and(|first| columns.iter().all(|it| array(it).as_ref() == Some(&first)))
+}
+
 fn columns_of(path: &Path, head: &[u8], options: &ReadOptions) -> Result<Vec<Column>, MeasurementError> {
+    if let Some(columns) = binary::columns(path, head, options) {
+        return columns;
+    }
     let end = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r')).map_or(head.len(), |end| end + 1);
     table::columns(path, &head[..end], options)
 }
@@ -65,22 +79,25 @@ fn columns_of(path: &Path, head: &[u8], options: &ReadOptions) -> Result<Vec<Col
 /// pressure besides.
 #[must_use]
 pub fn sensor_column(path: &Path, options: &ReadOptions) -> Option<String> {
-    let (head, _) = read_head(path).ok()?;
+    let (mut head, mut rest) = read_head(path).ok()?;
+    if binary::is_binary(path, &head) {
+        rest.read_to_end(&mut head).ok()?;
+    }
     let columns = columns_of(path, &head, options).ok()?;
     let other = [Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE];
     if columns.iter().any(|column| column.dimension().is_some_and(|it| other.contains(&it))) {
         return None;
     }
     let sensor = |column: &&Column| is_named(column) || column.dimension() == Some(Dimension::FORCE);
-    let [only] = columns.iter().filter(sensor).collect::<Vec<_>>()[..] else { return None };
-    Some(only.header.clone())
+    let found: Vec<&str> = columns.iter().filter(sensor).map(|it| it.header.as_str()).collect();
+    (found.len() == 1 || is_of_cells(&found)).then(|| found[0].to_owned())
 }
 
-/// Read the trace of a force sensor as it stands in the file: its gain, and so its unit, is of no account.
+/// Read the trace of a force sensor as it stands in the file: its gain, and so its unit, is of no account. Of a cell array every cell is one.
 ///
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
-pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
+pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<Vec<SensorRecord>, MeasurementError> {
     read_sensor_bytes(path, &read_file(path, encoding::refuse_early)?, options)
 }
 
@@ -88,22 +105,32 @@ pub fn read_sensor(path: &Path, options: &ReadOptions) -> Result<SensorRecord, M
 ///
 /// # Errors
 /// [`MeasurementError`] with file, line and column.
-pub fn read_sensor_bytes(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<SensorRecord, MeasurementError> {
-    let column = match &options.column {
-        Some(column) => column.clone(),
-        None => {
-            let columns = columns_of(path, bytes, options)?;
-            let found = candidates(&columns);
-            let [only] = found[..] else {
-                return Err(MeasurementError::NoForce {
-                    place: Place::line(path, 1),
-                    found: found.iter().map(|header| (*header).into()).collect(),
-                    columns: columns.iter().map(|column| column.header.clone()).collect(),
-                });
-            };
-            only.to_owned()
-        }
-    };
+pub fn read_sensor_bytes(
+    path: &Path,
+    bytes: &[u8],
+    options: &ReadOptions,
+) -> Result<Vec<SensorRecord>, MeasurementError> {
+    if let Some(column) = &options.column {
+        return Ok(vec![read_column(path, bytes, column.clone(), options)?]);
+    }
+    let columns = columns_of(path, bytes, options)?;
+    let found = candidates(&columns);
+    if found.len() != 1 && !is_of_cells(&found) {
+        return Err(MeasurementError::NoForce {
+            place: Place::line(path, 1),
+            found: found.iter().map(|header| (*header).into()).collect(),
+            columns: columns.iter().map(|column| column.header.clone()).collect(),
+        });
+    }
+    found.iter().map(|column| read_column(path, bytes, (*column).to_owned(), options)).collect()
+}
+
+fn read_column(
+    path: &Path,
+    bytes: &[u8],
+    column: String,
+    options: &ReadOptions,
+) -> Result<SensorRecord, MeasurementError> {
     // The table wants a unit of a kind it knows. One of a factor of 1 leaves the numbers as they are.
     let as_written = ReadOptions { column: Some(column), unit: Some("Pa".into()), scale: None, ..options.clone() };
     let (mut table, _) = table::read(path, bytes, RecordKind::Hydrophone, &as_written)?;
@@ -134,7 +161,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("hit.csv");
         std::fs::write(&path, text).unwrap();
-        read_sensor(&path, options)
+        read_sensor(&path, options).map(|mut records| records.remove(0))
     }
 
     fn rows(header: &str, row: impl Fn(usize) -> String) -> String {
@@ -163,6 +190,50 @@ mod tests {
         assert_eq!(read(&two, &options).unwrap().series.values[3], 6.0);
         let error = read(&rows("time_s,velocity_m_per_s", |i| format!("{i}")), &ReadOptions::default()).unwrap_err();
         assert!(error.to_string().contains("expected the force of a sensor"), "{error}");
+    }
+
+    #[test]
+    fn an_only_channel_of_an_instrument_is_the_sensor_and_of_a_cell_array_every_cell_is_a_hit() {
+        let file = |name: &str| {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/instruments").join(name);
+            read_sensor(&path, &ReadOptions::default()).unwrap()
+        };
+        // Volts, and an array without a unit beside its clock.
+        for name in ["rate.npz", "averaged.trc", "curve.isf", "version-4.mat"] {
+            let [record] = &file(name)[..] else { panic!("{name}") };
+            assert!((record.series.step / 2e-7 - 1.0).abs() < 1e-3 && record.series.len() == 400, "{name}");
+        }
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("hits.mat");
+        std::fs::write(&path, cells(3)).unwrap();
+        let hits = read_sensor(&path, &ReadOptions::default()).unwrap();
+        let columns: Vec<&str> = hits.iter().map(|hit| hit.column.as_str()).collect();
+        assert_eq!(columns, ["hits{1}", "hits{2}", "hits{3}"]);
+        assert!((hits[2].series.step - 2e-5).abs() < 1e-12 && hits[2].series.values[5] == 15.0);
+        assert_eq!(sensor_column(&path, &ReadOptions::default()), None);
+    }
+
+    /// A MATLAB file of a rate and so many cells of 50 samples, k i in cell k: elements of a type, a length and data.
+    fn cells(count: u32) -> Vec<u8> {
+        let part = |kind: u32, data: Vec<u8>| {
+            let padding = vec![0; (8 - data.len() % 8) % 8];
+            [&kind.to_le_bytes()[..], &(data.len() as u32).to_le_bytes(), &data, &padding].concat()
+        };
+        let whole = |numbers: &[u32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
+        let matrix = |class: u32, sizes: [u32; 2], name: &str, data: Vec<u8>| {
+            let head = [part(6, whole(&[class, 0])), part(5, whole(&sizes)), part(1, name.into()), data].concat();
+            part(14, head)
+        };
+        let numbers = |name: &str, values: &[f64]| {
+            let data = part(9, values.iter().flat_map(|value| value.to_le_bytes()).collect());
+            matrix(6, [1, values.len() as u32], name, data)
+        };
+        let cell = |k: u32| numbers("", &(0..50).map(|i| f64::from(k * i)).collect::<Vec<_>>());
+        let mut file = format!("{:124}", "MATLAB 5.0 MAT-file").into_bytes();
+        file.extend([0, 1, b'I', b'M']);
+        file.extend(numbers("fs", &[5e4]));
+        file.extend(matrix(1, [1, count], "hits", (1..=count).flat_map(cell).collect()));
+        file
     }
 
     #[test]

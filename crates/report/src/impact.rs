@@ -34,7 +34,7 @@ pub struct ImpactReport<'a> {
 #[must_use]
 pub fn shown(series: &Series) -> Series {
     let level = hit::levelled(series);
-    let (arrival, peak) = match hit::observe(series) {
+    let (arrival, peak) = match hit::observe(series, 0.0) {
         Ok(Some(found)) => (found.arrival, found.peak),
         _ => (level.start, level.peak()),
     };
@@ -105,7 +105,17 @@ pub fn lines(outcome: &ImpactOutcome) -> String {
             );
         }
     }
-    let _ = writeln!(text, "  p = {}", significant(outcome.p_value, 2));
+    if let Some(feature) = outcome.fitted_features.get(hit::NAMES[3]) {
+        let _ = writeln!(
+            text,
+            "  {:<widest$} measured {} µs, model {} µs ({:+.1} SD)",
+            "incident width",
+            microseconds(feature.measured),
+            microseconds(feature.expected),
+            feature.deviation
+        );
+    }
+    let _ = writeln!(text, "  p = {}\n  {}", significant(outcome.p_value, 2), outcome.set_up);
     text
 }
 
@@ -126,6 +136,7 @@ impl ImpactReport<'_> {
         let mut blocks = vec![Block::Headline { tone, verdict: verdict.into(), text }];
         blocks.extend(Block::noticed(&outcome.warnings));
         blocks.push(Block::Table(parameters(outcome)));
+        blocks.push(Block::List(vec![outcome.set_up.clone()]));
         blocks.extend(Block::listed("Likely causes", outcome.diagnosis.iter().map(cause).collect()));
         blocks.extend(Block::Plates(vec![Plate::new("impulses", self.figure())]).under("Impulses"));
         blocks.extend([Block::Table(features(outcome)), Block::Table(hits(outcome))]);
@@ -173,7 +184,7 @@ fn parameters(outcome: &ImpactOutcome) -> Table {
 
 fn features(outcome: &ImpactOutcome) -> Table {
     let rows = outcome.fitted_features.iter().map(|(name, feature)| {
-        let factor = if name == hit::NAMES[0] { 1e6 } else { 1.0 };
+        let factor = if [hit::NAMES[0], hit::NAMES[3]].contains(&name.as_str()) { 1e6 } else { 1.0 };
         let mut row = vec![if factor > 1.0 { format!("{name} (µs)") } else { name.clone() }];
         row.extend([feature.measured, feature.expected].map(|value| significant(factor * value, 4)));
         row.extend([significant(100.0 * feature.scatter, 2), fixed(feature.deviation, 1)]);

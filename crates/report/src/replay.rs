@@ -131,7 +131,7 @@ fn response_figure(response: &Response, seen: &Series) -> Figure {
         .panel(seen);
     let Some(force) = &response.sensor_force else { return figure };
     let force = Panel::new(Axis::time(), Axis::new("Force", "N"))
-        .titled("(c) mean of both contacts of the sensor bead")
+        .titled("(c) force that the sensor reads")
         .height(45.0)
         .line("", trace(force), Stroke::new(Colour::Green));
     figure.panel(force)

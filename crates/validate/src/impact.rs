@@ -13,14 +13,14 @@ use serde::{Deserialize, Serialize};
 use granchain_calibration::{
     fit::Verdict,
     impact::{
-        EVALUATIONS, Experiment, Hit,
+        Experiment,
         likelihood::SET_UP,
         run::{Unknown, force, high_passed, sampled},
     },
     parameter::Parameter,
 };
 use granchain_model::scene::{self, DriveKind, Integrator, Scene};
-use granchain_record::{ReadOptions, read_sensor_bytes};
+use granchain_record::{ReadOptions, SensorRecord, read_sensor_bytes};
 use granchain_signal::CausalShape;
 
 /// Hits of one synthetic experiment.
@@ -102,14 +102,13 @@ fn synthetic(number: u64, seed: u64, stop: &(dyn Fn() -> bool + Sync)) -> Result
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(number);
     let truth = TRUTHS.map(|(_, [low, high])| low * (high / low).powf(random.random::<f64>()));
-    let hits = records(truth, &mut random)?;
+    let records = records(truth, &mut random)?;
     let stated = truth[0] * MISTAKEN.powf(random.random_range(-1.0..1.0));
     let scene = column(&[format!("support.youngs_modulus={stated}")])?;
     let parameter = |(name, _): (&str, _)| Parameter::named(name, &scene).map(|mut named| named.remove(0));
     let parameters = TRUTHS.into_iter().map(parameter).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-    let experiment =
-        Experiment { hits, scene, parameters, unknown: Unknown::default(), evaluations: EVALUATIONS, seed: 1 };
-    let fit = experiment.checked().and_then(|experiment| experiment.fit(stop)).map_err(|error| error.to_string())?;
+    let experiment = Experiment::of(records, scene, parameters);
+    let fit = experiment.and_then(|experiment| experiment.fit(stop)).map_err(|error| error.to_string())?;
     let of = |d: usize| &fit.estimates[d];
     Ok(ImpactSynthetic {
         truth,
@@ -125,7 +124,7 @@ fn column(set: &[String]) -> Result<Scene, String> {
 }
 
 /// The hits of one column, as files that are read.
-fn records(truth: [f64; 2], random: &mut ChaCha8Rng) -> Result<Vec<Hit>, String> {
+fn records(truth: [f64; 2], random: &mut ChaCha8Rng) -> Result<Vec<(SensorRecord, Option<String>)>, String> {
     let mut normal = |deviation: f64| -> f64 {
         let draw: f64 = StandardNormal.sample(random);
         deviation * draw
@@ -144,7 +143,7 @@ fn records(truth: [f64; 2], random: &mut ChaCha8Rng) -> Result<Vec<Hit>, String>
     scene.chain.beads.iter_mut().for_each(|bead| bead.material.youngs_modulus *= modulus.exp());
     let corner = 250.0 * 10f64.powf(random.random::<f64>());
     let cutoff = 8e3 * 4f64.powf(random.random::<f64>());
-    let weight = random.random_range(0.3..0.7);
+    let share = random.random_range(-0.2..0.2);
     (0..HITS)
         .map(|hit| {
             let own: f64 = StandardNormal.sample(random);
@@ -153,7 +152,7 @@ fn records(truth: [f64; 2], random: &mut ChaCha8Rng) -> Result<Vec<Hit>, String>
             };
             let usual = *speed;
             *speed *= (velocity + 0.03 * own).exp();
-            let read = force(&scene, weight).map_err(|error| error.to_string());
+            let read = force(&scene, share).map_err(|error| error.to_string());
             if let DriveKind::Striker { velocity, .. } = &mut scene.drive.kind {
                 *velocity = usual;
             }
@@ -167,8 +166,9 @@ fn records(truth: [f64; 2], random: &mut ChaCha8Rng) -> Result<Vec<Hit>, String>
             });
             let text = "time_s,sensor_V\n".to_owned() + &rows.collect::<String>();
             let name = format!("hit{hit}.csv");
-            let record = read_sensor_bytes(Path::new(&name), text.as_bytes(), &ReadOptions::default());
-            Hit::of(record.map_err(|error| error.to_string())?).map_err(|error| error.to_string())
+            let records = read_sensor_bytes(Path::new(&name), text.as_bytes(), &ReadOptions::default());
+            Ok(records.map_err(|error| error.to_string())?.into_iter().map(|record| (record, None)).collect::<Vec<_>>())
         })
-        .collect()
+        .collect::<Result<Vec<_>, _>>()
+        .map(|records| records.concat())
 }

@@ -144,6 +144,9 @@ fn records(
     if arguments.scene.scene.is_none() && plan.scene.is_none() && named.iter().any(|record| record.scene.is_none()) {
         assumptions.push(format!("scene `{usual}`; name another with --scene"));
     }
+    if named.iter().any(|record| record.set_up.is_some()) {
+        return Err(usage("set_up of a [[record]] is of hits of a striker; leave it out"));
+    }
     let several = named.len() > 1;
     let mut records = Vec::new();
     for (number, record) in named.into_iter().enumerate() {

@@ -14,9 +14,7 @@ use crate::{
     calibration::{
         bench::Bench,
         drive::Input,
-        impact::{
-            EVALUATIONS, Experiment, Hit, ImpactError, ImpactFit, ImpactOutcome, likelihood::SET_UP, run::Unknown,
-        },
+        impact::{EVALUATIONS, Experiment, ImpactError, ImpactFit, ImpactOutcome, likelihood::SET_UP, run::Unknown},
         outcome::InputDigest,
         plan::{Plan, ReadRequest},
         problem::DEFAULT_SEED,
@@ -27,6 +25,7 @@ use crate::{
     measurement::{ReadOptions, RecordKind, read_sensor, read_sensor_bytes},
     report::{
         impact::{ImpactReport, shown},
+        number::engineering,
         page::Files,
     },
 };
@@ -71,7 +70,7 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
         bench.source
     )];
     assumptions.extend(bench.assumptions.iter().cloned());
-    let mut hits = Vec::new();
+    let mut records = Vec::new();
     for (number, record) in named(arguments, &plan)?.into_iter().enumerate() {
         let request = ReadRequest { measured: arguments.reading.options(None), ..ReadRequest::default() };
         let options = plan.read_as(&record, request)?.measured;
@@ -79,12 +78,12 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
             Some(bytes) => read_sensor_bytes(&record.measured, bytes, &options)?,
             None => read_sensor(&record.measured, &options)?,
         };
-        hits.push(Hit::of(read)?);
+        records.extend(read.into_iter().map(|hit| (hit, record.set_up.clone())));
     }
-    for Hit { record, .. } in &hits {
+    for (record, _) in &records {
         for text in &record.assumptions {
             // What holds for all hits is printed once.
-            let of_all = hits.iter().all(|hit| hit.record.assumptions.contains(text));
+            let of_all = records.iter().all(|(hit, _)| hit.assumptions.contains(text));
             let text = if of_all { text.clone() } else { format!("{}: {text}", record.path.display()) };
             if !assumptions.contains(&text) {
                 assumptions.push(text);
@@ -93,9 +92,16 @@ pub fn prepare(arguments: &Arguments, typed: &[String], in_memory: &InMemory) ->
     }
     let unknown = striker(&plan.uncertainty).map_err(refused)?;
     assumptions.push(in_words(unknown));
+    let stated = scene.duration;
     let parameters = crate::calibration::candidate::parameters(&plan, &scene).map_err(refused)?;
     let (evaluations, seed) = (plan.evaluations.unwrap_or(EVALUATIONS), plan.seed.unwrap_or(DEFAULT_SEED));
-    let experiment = Experiment { hits, scene, parameters, unknown, evaluations, seed }.checked()?;
+    let mut experiment = Experiment::of(records, scene, parameters)?;
+    (experiment.unknown, experiment.evaluations, experiment.seed) = (unknown, evaluations, seed);
+    let lasting = experiment.scene.duration;
+    if lasting > stated {
+        let [lasting, stated] = [lasting, stated].map(|time| engineering(time, "s", 2));
+        assumptions.push(format!("runs last {lasting}, not {stated} (`duration`): the hits return late"));
+    }
     let read = arguments.plan.clone().map(|path| Input { path, sha256: plan.sha256.clone() });
     Ok(Some(Job { experiment, bench, arguments: typed.to_vec(), program: summary::program(), plan: read, assumptions }))
 }
@@ -105,10 +111,11 @@ fn in_words(unknown: Unknown) -> String {
     format!(
         "not known, and the same in all hits: the striker's velocity ±{velocity} %, the beads' stiffness over their mass ±{modulus} %, the corner of the \
          sensor's AC coupling (0.25 to 2.5 kHz), where in its bead it reads, how the column stands and what its sensor passes (±{} % of return time, ±{} % of the ratio of peaks, \
-         ±{} % of that of widths)",
+         ±{} % of that of widths, ±{} % of the incident width)",
         100.0 * SET_UP[0],
         100.0 * SET_UP[1],
-        100.0 * SET_UP[2]
+        100.0 * SET_UP[2],
+        100.0 * SET_UP[3]
     )
 }
 
@@ -145,9 +152,8 @@ pub fn execute(job: &Job, arguments: &Arguments, mut timing: Timing) -> anyhow::
     let (session, output) = (&arguments.session, &arguments.output);
     session.assumed(&job.assumptions);
     timing.stage("read");
-    let hits = &job.experiment.hits;
     let read: Vec<(&Path, &str)> =
-        hits.iter().map(|hit| (hit.record.path.as_path(), hit.record.sha256.as_str())).collect();
+        job.experiment.files().map(|record| (record.path.as_path(), record.sha256.as_str())).collect();
     let target = output.out.clone().unwrap_or_else(|| free_target(&read));
     let folder = OutputFolder::resumable(&target, &RESULTS, COMMAND, false, output.force)?;
     let (outcome, files) = match made(job, &interrupt::requested, &mut timing) {
@@ -173,7 +179,7 @@ pub fn made(
     let fit = experiment.fit(stop).map_err(ended)?;
     timing.stage("fit");
     let explained = fit.p_value >= crate::calibration::agreement::DOUBTFUL;
-    let causes = if explained { Vec::new() } else { experiment.causes(stop).map_err(ended)? };
+    let causes = if explained { Vec::new() } else { experiment.causes(&fit, stop).map_err(ended)? };
     timing.stage("causes");
     let mut outcome = ImpactOutcome::of(experiment, &fit, causes);
     outcome.program.clone_from(&job.program);
@@ -212,9 +218,8 @@ fn inputs(job: &Job) -> std::collections::BTreeMap<String, InputDigest> {
     };
     let plan = job.plan.iter().map(|plan| ("plan".to_owned(), of(plan)));
     let scene = job.bench.scene_file().map(|scene| ("scene".to_owned(), of(&scene)));
-    let hits = job.experiment.hits.iter().enumerate().map(|(number, hit)| {
+    let hits = job.experiment.files().enumerate().map(|(number, record)| {
         let role = if number == 0 { "measured".to_owned() } else { format!("measured-{}", number + 1) };
-        let record = &hit.record;
         (role, InputDigest::read_with(&record.path, &record.sha256, RecordKind::Vibrometer, &record.options))
     });
     plan.chain(scene).chain(hits).collect()
@@ -225,6 +230,7 @@ fn runs(fit: &ImpactFit) -> Vec<u8> {
     let names = fit.parameters.iter().map(|parameter| format!("u_{}", parameter.name));
     let unknown = ["velocity", "modulus", "corner", "position"].map(|name| format!("n_{name}"));
     let features = crate::calibration::impact::hit::NAMES.map(|name| format!("z_{name}"));
+    let empty = features.each_ref().map(|_| String::new());
     let head: Vec<String> = names.chain(unknown).chain(features).chain(["failure".into()]).collect();
     let mut text = head.join(",") + "\n";
     for run in &fit.runs {
@@ -232,7 +238,8 @@ fn runs(fit: &ImpactFit) -> Vec<u8> {
         match &run.features {
             Ok(features) => cells.extend(features.iter().map(ToString::to_string).chain([String::new()])),
             Err(reason) => {
-                cells.extend([String::new(), String::new(), String::new(), format!("\"{}\"", reason.replace('"', "'"))])
+                cells.extend(empty.clone());
+                cells.push(format!("\"{}\"", reason.replace('"', "'")));
             }
         }
         let _ = writeln!(text, "{}", cells.join(","));

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::{Arguments, BENCH, OUT, open_settings, place, toml_text};
 use crate::{
-    calibration::impact::Hit,
+    calibration::impact::Experiment,
     cli::{
         Outcome,
         arguments::Session,
@@ -29,24 +29,33 @@ const TABLES: [&str; 4] = ["chain.", "drive.", "support.", "damping."];
 /// A scene that cannot be read, a file that is in the way.
 pub fn begin(arguments: &Arguments, session: &Session) -> anyhow::Result<Option<Outcome>> {
     let options = arguments.reading.options(None);
-    let hit = |path: &PathBuf| {
+    let record = |path: &PathBuf| {
         sensor_column(path, &options)?;
-        Hit::of(read_sensor(path, &options).ok()?).ok()
+        read_sensor(path, &options).ok()
     };
-    if options.scale.is_some() || arguments.horn.is_some() {
+    if options.scale.is_some() || arguments.horn.is_some() || arguments.files.is_empty() {
         return Ok(None);
     }
-    let Some(hits) = arguments.files.iter().map(hit).collect::<Option<Vec<Hit>>>().filter(|hits| !hits.is_empty())
-    else {
+    let Some(records) = arguments.files.iter().map(record).collect::<Option<Vec<_>>>() else { return Ok(None) };
+    let name = arguments.scene.as_deref().unwrap_or(SCENE);
+    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Chain)?;
+    let records = records.into_iter().flatten().map(|record| (record, None)).collect();
+    let Ok(Experiment { hits, .. }) = Experiment::of(records, loaded.scene.clone(), Vec::new()) else {
         return Ok(None);
     };
     refuse_existing(&arguments.out, OUT)?;
-    let name = arguments.scene.as_deref().unwrap_or(SCENE);
-    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Chain)?;
     let out = arguments.out.display().to_string();
     let plan = shell_word(&out);
-    let records: String =
-        hits.iter().map(|hit| format!("\n[[record]]\nmeasured = {}\n", place(arguments, &hit.record.path))).collect();
+    let records: String = arguments
+        .files
+        .iter()
+        .map(|file| {
+            format!(
+                "\n[[record]]\nmeasured = {}\n# set_up = 'first' # of records of several set-ups of the column\n",
+                place(arguments, file)
+            )
+        })
+        .collect();
     let text = format!(
         "# A plan, begun by `granchain start`: hits of a striker on a force sensor. Lines behind `#` are examples: remove the `#` and type your own value.\n\
          #\n#   granchain calibrate --plan {plan}\n#   granchain calibrate --plan {plan} --measured hits/*.csv   # all hits of one column together\n#\n\

@@ -2,10 +2,10 @@
 
 use std::cmp::Ordering;
 
-use granchain_model::scene::{DampingKind, Material, Plate, Scene, Support};
+use granchain_model::scene::{DampingKind, Material, Plate, Scene, Sensor, Support};
 use granchain_signal::number::{engineering, significant};
 
-use super::{Experiment, ImpactError, ImpactFit};
+use super::{Experiment, ImpactError, ImpactFit, hit::INCIDENT_WIDTH};
 use crate::{
     agreement::DOUBTFUL,
     diagnosis::{Cause, Finding},
@@ -24,34 +24,50 @@ const NAMED: usize = 4;
 const ANY_MODULUS: f64 = 16.0;
 const ANY_VELOCITY: f64 = 2.5;
 
+/// Standard deviations by which the incident impulse is too wide or too narrow where the clock is suspected.
+const SUSPECT: f64 = 2.0;
+
+/// Readings of a sensor that are tried, as shares of the contact before its bead, and how far from the stated one they are at least.
+const READINGS: [(f64, &str); 3] = [
+    (0.5, "the sensor reads the mean of both contacts of its bead (chain.sensor_share = 0.5)"),
+    (0.0, "the sensor reads the contact behind its bead (chain.sensor_share = 0)"),
+    (1.0, "the sensor reads the contact before its bead (chain.sensor_share = 1)"),
+];
+const OTHER_READING: f64 = 0.25;
+
 /// A bench on which a cause holds: what differs, in words, and what is fitted besides.
 struct Assumed {
     cause: Cause,
-    what: &'static str,
-    scene: Scene,
+    what: String,
+    experiment: Experiment,
     further: Vec<Parameter>,
 }
 
 impl Experiment {
-    /// The causes that explain the hits, most likely first.
+    /// The causes that explain the hits that a fit does not, most likely first.
     ///
     /// # Errors
     /// When stopped; a cause on which no fit can be made is none.
-    pub fn causes(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<Vec<Finding>, ImpactError> {
+    pub fn causes(
+        &self,
+        unexplained: &ImpactFit,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Vec<Finding>, ImpactError> {
         let mut found = Vec::new();
-        for assumed in self.assumed() {
-            let Assumed { cause, what, scene, further } = assumed;
+        for assumed in self.assumed().into_iter().chain(self.other_clock(unexplained)) {
+            let Assumed { cause, what, experiment, further } = assumed;
             let names: Vec<String> = further.iter().map(|parameter| parameter.name.clone()).collect();
             let own = self.parameters.iter().filter(|parameter| !names.contains(&parameter.name)).cloned();
             let parameters = own.chain(further).collect();
-            let experiment = Self { scene, parameters, evaluations: RUNS, ..self.clone() };
+            let experiment = Self { parameters, evaluations: RUNS, ..experiment };
             let fit = match experiment.fit(stop) {
                 Ok(fit) => fit,
                 Err(ImpactError::Stopped) => return Err(ImpactError::Stopped),
                 Err(_) => continue,
             };
-            if fit.p_value >= DOUBTFUL {
-                found.push((fit.p_value, Finding::new(cause, Some(fit.p_value), text(what, &names, &fit))));
+            let is_law_valid = cause != Cause::Plate || fit.has_thin_plate(&experiment.scene);
+            if fit.p_value >= DOUBTFUL && is_law_valid {
+                found.push((fit.p_value, Finding::new(cause, Some(fit.p_value), text(&what, &names, &fit))));
             }
         }
         // Of causes that explain the hits about equally well the first assumed comes first.
@@ -70,9 +86,9 @@ impl Experiment {
         let modulus = modulus.map(|(parameter, own)| parameter.between(own / ANY_MODULUS, own * ANY_MODULUS));
         let loss = named("support_loss", scene);
         let mut assumed = Vec::new();
-        let mut add = |cause, what, scene: Scene, further: Vec<Option<Parameter>>| {
+        let mut add = |cause, what: &str, scene: Scene, further: Vec<Option<Parameter>>| {
             if let Some(further) = further.into_iter().collect::<Option<Vec<_>>>() {
-                assumed.push(Assumed { cause, what, scene, further });
+                assumed.push(Assumed { cause, what: what.into(), experiment: Self { scene, ..self.clone() }, further });
             }
         };
         let (has_modulus, has_loss) = (fitted("support_modulus"), fitted("support_loss"));
@@ -114,7 +130,41 @@ impl Experiment {
             let changed = with_beads(scene, more);
             changed.into_iter().for_each(|scene| add(Cause::Beads, what, scene, vec![]));
         }
+        for (share, what) in READINGS {
+            let mut read = scene.clone();
+            let stated = read.chain.sensor.as_mut().filter(|stated| (stated.share - share).abs() > OTHER_READING);
+            if let Some(sensor) = stated {
+                *sensor = Sensor { share, ..*sensor };
+                add(Cause::Sensor, what, read, vec![]);
+            }
+        }
         assumed
+    }
+
+    /// The clock that gives the incident impulse the width that the beads give it.
+    fn other_clock(&self, fit: &ImpactFit) -> Option<Assumed> {
+        let measured = self.features().iter().map(|hit| hit[INCIDENT_WIDTH]).sum::<f64>() / self.hits.len() as f64;
+        let factor = (fit.expected[INCIDENT_WIDTH] - measured).exp();
+        let experiment = self.with_clock(factor).ok().filter(|_| fit.deviations[INCIDENT_WIDTH].abs() > SUSPECT)?;
+        let deviation = ((factor.ln()) / fit.deviations[INCIDENT_WIDTH]).abs();
+        let what = format!(
+            "the clock of the records is wrong: by the width of the incident impulse their samples are {} times the stated interval apart (±{} %)",
+            significant(factor, 3),
+            significant(100.0 * deviation, 1)
+        );
+        Some(Assumed { cause: Cause::Clock, what, experiment, further: Vec::new() })
+    }
+}
+
+impl ImpactFit {
+    /// Whether the law of a plate on the foundation, if there is one, holds at the answer: it is thinner than its length scale.
+    fn has_thin_plate(&self, scene: &Scene) -> bool {
+        let mut scene = scene.clone();
+        self.parameters
+            .iter()
+            .zip(&self.estimates)
+            .for_each(|(parameter, found)| parameter.set(&mut scene, found.value));
+        scene.support.is_plate_thin()
     }
 }
 
@@ -137,7 +187,7 @@ fn with_beads(scene: &Scene, more: bool) -> Option<Scene> {
         chain.beads.pop()?;
         chain.gaps.pop()?;
     }
-    chain.sensor.filter(|sensor| *sensor < chain.beads.len())?;
+    chain.sensor.filter(|sensor| sensor.bead < chain.beads.len())?;
     Some(scene)
 }
 

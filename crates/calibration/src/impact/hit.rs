@@ -8,10 +8,13 @@ use granchain_signal::{
 use nalgebra::SVector;
 
 /// Number of features of a hit.
-pub(crate) const FEATURES: usize = 3;
+pub(crate) const FEATURES: usize = 4;
 
 /// Names of the features, in order; all enter as logarithms.
-pub const NAMES: [&str; FEATURES] = ["return_time", "peak_ratio", "width_ratio"];
+pub const NAMES: [&str; FEATURES] = ["return_time", "peak_ratio", "width_ratio", "incident_width"];
+
+/// Which of them is the width of the incident impulse.
+pub(crate) const INCIDENT_WIDTH: usize = 3;
 
 pub type Features = SVector<f64, FEATURES>;
 
@@ -35,11 +38,11 @@ pub struct Impulses {
 }
 
 impl Impulses {
-    /// ln of return time (s), of the ratio of the peaks and of the ratio of the widths, returned over incident. A filter that passes both impulses
-    /// alike leaves all three nearly as they are.
+    /// ln of return time (s), of the ratio of the peaks and of the ratio of the widths, returned over incident, and of the incident width (s), which
+    /// the beads and the striker alone decide. A filter that passes both impulses alike leaves the first three nearly as they are.
     pub(crate) fn features(&self) -> Features {
         let Return { delay, ratio, widths: [incident, returned] } = self.returned;
-        Features::new(delay.ln(), ratio.ln(), (returned / incident).ln())
+        Features::new(delay.ln(), ratio.ln(), (returned / incident).ln(), incident.ln())
     }
 }
 
@@ -57,12 +60,14 @@ pub fn levelled(series: &Series) -> Series {
     series.map(|value| largest.signum() * (value - baseline))
 }
 
-/// The first two impulses of a trace; `None` of fewer.
-pub fn observe(series: &Series) -> Result<Option<Impulses>, FeatureError> {
+/// The first impulse of a trace, and the first that comes `earliest` (s) or more after it; `None` without one.
+pub fn observe(series: &Series, earliest: f64) -> Result<Option<Impulses>, FeatureError> {
     let level = levelled(series);
-    let found = impulses(&level, Window::whole(&level), LEVEL)?;
+    let mut found = impulses(&level, Window::whole(&level), LEVEL)?;
+    let Some(first) = found.first().copied() else { return Ok(None) };
+    found.retain(|impulse| impulse.arrival == first.arrival || impulse.arrival - first.arrival >= earliest);
     let returned = Return::of(&found);
-    Ok(returned.map(|returned| Impulses { returned, peak: found[0].peak, arrival: found[0].arrival }))
+    Ok(returned.map(|returned| Impulses { returned, peak: first.peak, arrival: first.arrival }))
 }
 
 #[cfg(test)]
@@ -81,7 +86,7 @@ mod tests {
 
     #[test]
     fn neither_gain_nor_sign_nor_offset_of_the_sensor_changes_a_feature() {
-        let of = |gain, offset| observe(&trace(gain, offset)).unwrap().unwrap().features();
+        let of = |gain, offset| observe(&trace(gain, offset), 0.0).unwrap().unwrap().features();
         let newtons = of(20.0, 0.0);
         assert!((newtons[0].exp() - 1.5e-3).abs() < 2e-6 && (newtons[1].exp() - 0.4).abs() < 0.01, "{newtons}");
         for (gain, offset) in [(0.017, 1.6e-4), (-0.017, 0.0), (-3.0, 11.0)] {

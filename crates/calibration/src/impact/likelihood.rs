@@ -5,21 +5,25 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF as _, FisherSnedecor, StudentsT};
 
 use super::{
-    hit::{FEATURES, Features},
+    hit::{FEATURES, Features, INCIDENT_WIDTH},
     regression::{Covariance, Regression},
 };
 
-/// Standard deviations of ln of return time, ratio of peaks and ratio of widths that a hit has until several hits say it better: where a bead comes
-/// to rest between two hits, and how the striker meets it.
-pub(crate) const FLOOR: [f64; FEATURES] = [0.01, 0.05, 0.05];
+/// Standard deviations of ln of return time, ratio of peaks, ratio of widths and incident width that a hit has until several hits say it better: where
+/// a bead comes to rest between two hits, and how the striker meets it.
+pub(crate) const FLOOR: [f64; FEATURES] = [0.01, 0.05, 0.05, 0.02];
 
 /// Number of hits that this floor counts for.
 pub(crate) const FLOOR_HITS: f64 = 4.0;
 
 /// Standard deviations of the same that all hits of one set-up share: how the column stands, and the response of its sensor, which an impulse of
 /// another width passes with another gain. Of 21 set-ups of one column, three on each of seven foams, they are 0.013, 0.14 and 0.06 beside the scatter
-/// of the hits (records of pabseb22/SingleSolitaryWaveAnalysis); the sensor, mounted anew, read incident impulses a fifth wider.
-pub const SET_UP: [f64; FEATURES] = [0.0125, 0.1, 0.1];
+/// of the hits (records of pabseb22/SingleSolitaryWaveAnalysis). The incident width has 5 %: in these records it has two values, 54 and 68 µs, those of a
+/// sensor that reads one contact or both.
+pub const SET_UP: [f64; FEATURES] = [0.0125, 0.1, 0.1, 0.05];
+
+/// Number of set-ups that these deviations count for beside those of an experiment.
+const SET_UPS: f64 = 2.0;
 
 /// Cells of the grid by dimension.
 const CELLS: [usize; 4] = [1201, 161, 41, 21];
@@ -29,32 +33,48 @@ fn diagonal(deviations: [f64; FEATURES]) -> Covariance {
     Covariance::from_diagonal(&Features::from_iterator(deviations.map(|deviation| deviation * deviation)))
 }
 
-/// The mean of several hits, and how they scatter about it.
+/// The mean of several set-ups, each the mean of its hits, and how hits and set-ups scatter.
 #[derive(Debug, Clone)]
 pub(crate) struct Hits {
     pub mean: Features,
-    pub count: f64,
-    /// Sum of squares about the mean.
+    /// Number of hits of one set-up whose mean scatters as much.
+    count: f64,
+    /// Degrees of freedom of the scatter of hits.
+    pub freedom: f64,
+    /// Sum of squares of the hits, each about the mean of its set-up.
     squares: Covariance,
+    set_ups: f64,
+    /// Covariance of one set-up.
+    pub set_up: Covariance,
+}
+
+/// Mean, and sum of squares about it.
+fn spread(of: &[Features]) -> (Features, Covariance) {
+    let mean = of.iter().sum::<Features>() / of.len() as f64;
+    (mean, of.iter().map(|one| (one - mean) * (one - mean).transpose()).sum())
 }
 
 impl Hits {
-    pub(crate) fn of(hits: &[Features]) -> Self {
-        let count = hits.len() as f64;
-        let mean = hits.iter().sum::<Features>() / count;
-        let squares = hits.iter().map(|hit| (hit - mean) * (hit - mean).transpose()).sum();
-        Self { mean, count, squares }
-    }
-
-    /// Degrees of freedom of the scatter.
-    pub(crate) fn freedom(&self) -> f64 {
-        FLOOR_HITS + self.count - 1.0
+    /// Of the hits of each set-up.
+    pub(crate) fn of(set_ups: &[Vec<Features>]) -> Self {
+        let (means, squares): (Vec<Features>, Vec<Covariance>) = set_ups.iter().map(|hits| spread(hits)).unzip();
+        let (mean, between) = spread(&means);
+        let count = set_ups.len() as f64;
+        let inverse: f64 = set_ups.iter().map(|hits| 1.0 / hits.len() as f64).sum();
+        Self {
+            mean,
+            count: count * count / inverse,
+            freedom: FLOOR_HITS + set_ups.iter().map(|hits| hits.len() as f64 - 1.0).sum::<f64>(),
+            squares: squares.iter().sum(),
+            set_ups: count,
+            set_up: (diagonal(SET_UP) * SET_UPS + between) / (SET_UPS + count - 1.0),
+        }
     }
 
     /// Covariance of one hit: that of the hits, and of runs beside the floor, each by the number of hits it counts for.
     pub(crate) fn scatter(&self, runs: &Covariance) -> Covariance {
         let floor = runs + diagonal(FLOOR);
-        (floor * FLOOR_HITS + self.squares) / self.freedom()
+        (floor * FLOOR_HITS + self.squares) / self.freedom
     }
 }
 
@@ -75,14 +95,18 @@ impl<'a> Likelihood<'a> {
     /// Covariance of the mean about what the model expects.
     fn covariance(&self, leverage: f64) -> Covariance {
         // The scatter is estimated: a mean over its square is that of a Student t.
-        let estimated = self.hits.freedom() / (self.hits.freedom() - 2.0);
-        self.scatter * (estimated / self.hits.count) + self.shared() + self.regression.scatter * leverage
+        let estimated = self.hits.freedom / (self.hits.freedom - 2.0);
+        let set_up = self.hits.set_up / self.hits.set_ups;
+        self.scatter * (estimated / self.hits.count) + self.shared() + set_up + self.regression.scatter * leverage
     }
 
-    /// Covariance of what all hits share. What the regression leaves of a run is counted too: collisions at the foot answer to a velocity that all hits
-    /// have in a way that no polynomial follows.
+    /// Covariance of what all hits of all set-ups share. What the regression leaves of a run is counted too: collisions at the foot answer to a velocity
+    /// that all hits have in a way that no polynomial follows. The incident impulse has not been there.
     pub(crate) fn shared(&self) -> Covariance {
-        self.regression.shared + self.regression.scatter + diagonal(SET_UP)
+        let mut foot = self.regression.scatter;
+        foot.fill_row(INCIDENT_WIDTH, 0.0);
+        foot.fill_column(INCIDENT_WIDTH, 0.0);
+        self.regression.shared + foot
     }
 
     /// T² of the mean, and ln of its density.
@@ -106,15 +130,29 @@ impl<'a> Likelihood<'a> {
         })
     }
 
-    /// Share of right experiments whose mean is as far from the model as this, by Hotelling's T² of what `fitted` parameters leave; of none left as of
-    /// one.
-    pub(crate) fn p_value(&self, square: f64, fitted: usize) -> f64 {
+    /// Degrees of freedom of T² at a point: of its covariance the hits estimate their own scatter alone, the rest is stated. Yao (1965), Biometrika 52, 139.
+    fn freedom(&self, at: &[f64]) -> f64 {
+        let expected = self.regression.expected(at);
+        let Some(root) = Cholesky::new(self.covariance(expected.leverage)) else { return self.hits.freedom };
+        let off = self.hits.mean - expected.mean;
+        let toward = root.solve(&off);
+        let share = toward.dot(&(self.scatter * toward)) / self.hits.count / off.dot(&toward);
+        self.hits.freedom / (share * share).max(f64::MIN_POSITIVE)
+    }
+
+    /// Share of right experiments whose mean is as far from the model as the nearest point of a grid, by Hotelling's T² of what `fitted` parameters leave; of
+    /// none left as of one.
+    pub(crate) fn p_value(&self, grid: &Grid, fitted: usize) -> f64 {
         let left = FEATURES.saturating_sub(fitted).max(1) as f64;
-        let second = (self.hits.freedom() - left + 1.0).max(1.0);
+        let freedom = self.freedom(&grid.nearest).clamp(self.hits.freedom, MOST_FREEDOM);
+        let second = (freedom - left + 1.0).max(1.0);
         let fisher = FisherSnedecor::new(left, second);
-        fisher.map_or(0.0, |fisher| fisher.sf(square * second / (self.hits.freedom() * left)))
+        fisher.map_or(0.0, |fisher| fisher.sf(grid.square * second / (freedom * left)))
     }
 }
+
+/// Degrees of freedom from which an estimated covariance is a known one.
+const MOST_FREEDOM: f64 = 1e4;
 
 /// Posterior of the parameters on a grid over a part of the box, uniform in their logarithms before.
 #[derive(Debug, Clone)]
@@ -124,6 +162,8 @@ pub struct Grid {
     mass: Vec<f64>,
     /// Least T², and where.
     pub square: f64,
+    nearest: Vec<f64>,
+    /// The most likely point.
     pub best: Vec<f64>,
 }
 
@@ -131,7 +171,8 @@ impl Grid {
     /// `None` where no point has a density.
     pub(crate) fn of(likelihood: &Likelihood<'_>, within: &[[f64; 2]]) -> Option<Self> {
         let cells = CELLS[within.len().clamp(1, CELLS.len()) - 1];
-        let mut grid = Self { within: within.to_vec(), cells, mass: Vec::new(), square: 0.0, best: Vec::new() };
+        let (mass, nearest, best) = (Vec::new(), Vec::new(), Vec::new());
+        let mut grid = Self { within: within.to_vec(), cells, mass, square: 0.0, nearest, best };
         let count = cells.pow(within.len() as u32);
         let values: Vec<[f64; 2]> = (0..count).into_par_iter().map(|cell| likelihood.at(&grid.centre(cell))).collect();
         let most = (0..count).max_by(|a, b| values[*a][1].total_cmp(&values[*b][1]))?;
@@ -143,7 +184,7 @@ impl Grid {
         grid.mass = values.iter().map(|[_, density]| (density - densest).exp()).collect();
         let total: f64 = grid.mass.iter().sum();
         grid.mass.iter_mut().for_each(|mass| *mass /= total);
-        (grid.square, grid.best) = (values[nearest][0], grid.centre(most));
+        (grid.square, grid.nearest, grid.best) = (values[nearest][0], grid.centre(nearest), grid.centre(most));
         Some(grid)
     }
 
@@ -187,14 +228,14 @@ impl Grid {
 
     /// Correlation of two coordinates.
     pub(crate) fn correlation(&self, a: usize, b: usize) -> f64 {
-        let (_, covariance) = self.moments(|at| Features::new(at[a], at[b], 0.0));
+        let (_, covariance) = self.moments(|at| Features::new(at[a], at[b], 0.0, 0.0));
         covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt()
     }
 
     /// The part of the box that holds what the hits leave, `reach` standard deviations about its middle and at least `least` wide, inside the box.
     pub(crate) fn holds(&self, reach: f64, least: f64) -> Vec<[f64; 2]> {
         let part = |d: usize| {
-            let (mean, covariance) = self.moments(|at| Features::new(at[d], 0.0, 0.0));
+            let (mean, covariance) = self.moments(|at| Features::new(at[d], 0.0, 0.0, 0.0));
             let half = (reach * covariance[(0, 0)].sqrt()).max(0.5 * least);
             [(mean[0] - half).max(0.0), (mean[0] + half).min(1.0)]
         };

@@ -5,13 +5,15 @@
 //! scene, parameters, unknowns ─► runs ─ observe ─► regression ──┴► posterior, T² ─► verdict ─ causes ─► ImpactOutcome
 //! ```
 //!
-//! A hit is reduced to three numbers that hold no gain: the time from the incident to the returned impulse, the ratio of their peaks and that of
-//! their widths ([`hit`]). Nothing here knows a drive or its period. The mean ȳ of n hits is compared with the model,
+//! A hit is reduced to four numbers that hold no gain: the time from the incident to the returned impulse, the ratio of their peaks, that of
+//! their widths, and the width of the incident one ([`hit`]), which tells of the record's clock and of what the sensor reads. Nothing here knows a drive
+//! or its period. The mean ȳ of n hits of one set-up is compared with the model,
 //!
-//! ȳ ~ N(m(θ), S/n + B Bᵀ + C (1 + h(θ))),
+//! ȳ ~ N(m(θ), S/n + U + B Bᵀ + C (1 + h(θ))),
 //!
-//! m the regression of runs, S the scatter of the hits beside a stated floor, B what an unknown shared by all hits moves the features by (velocity,
-//! bead stiffness, AC coupling, where the sensor reads, and the set-up), C h the regression's own variance. Left out: what a returned impulse does after it has passed the sensor.
+//! m the regression of runs, S the scatter of the hits beside a stated floor, U that of set-ups, B what an unknown shared by all hits moves the features
+//! by (velocity, bead stiffness, AC coupling, where the sensor reads), C h the regression's own variance. Of G set-ups ȳ is the mean of their means, and
+//! U falls to U/G. Left out: what a returned impulse does after it has passed the sensor.
 
 mod cause;
 pub mod hit;
@@ -22,18 +24,19 @@ pub mod run;
 
 use granchain_model::{ModelError, scene::Scene};
 use granchain_record::SensorRecord;
-use granchain_signal::{Series, feature::FeatureError};
+use granchain_signal::{Series, feature::FeatureError, number::engineering};
 
 pub use self::outcome::{HitOutcome, ImpactOutcome, ReturnTime};
 use self::{
-    hit::{Features, Impulses, observe},
+    hit::{FEATURES, Features, Impulses, levelled, observe},
     likelihood::{Grid, Hits, Likelihood},
     regression::Regression,
-    run::{Bench, CORNER, Run, Unknown, force, high_passed},
+    run::{Bench, CORNER, Run, Unknown, arrival, force, high_passed},
 };
 use crate::{
     fit::{Estimate, Verdict},
     parameter::{Parameter, widened},
+    problem::DEFAULT_SEED,
 };
 
 /// Default number of runs of a fit.
@@ -49,7 +52,7 @@ const LEAST: f64 = 0.08;
 /// How often the box is widened where the answer lies at its edge.
 const WIDENINGS: usize = 2;
 
-/// Most parameters of a fit: a hit has three features.
+/// Most parameters of a fit: one feature of a hit is left to judge it.
 pub(crate) const MOST_PARAMETERS: usize = 3;
 
 /// Relative difference of sampling steps of one experiment.
@@ -60,9 +63,13 @@ const SAME_STEP: f64 = 1e-3;
 #[non_exhaustive]
 pub enum ImpactError {
     #[error(
-        "{path}: expected an incident and a returned impulse of at least 15 % of the former, found {found}; leave the record out, or record longer"
+        "{path}: expected an incident and a returned impulse of at least 15 % of the former, not before {} after it, twice its way to the last bead; found \
+         {found}; check the record's clock, chain.beads and chain.sensor, record longer, or leave the record out",
+        engineering(*earliest, "s", 2)
     )]
-    NoReturn { path: String, found: &'static str },
+    NoReturn { path: String, earliest: f64, found: String },
+    #[error(transparent)]
+    Run(#[from] ModelError),
     #[error("{path}: {source}")]
     Unread { path: String, source: FeatureError },
     #[error(
@@ -73,10 +80,10 @@ pub enum ImpactError {
     NoSensor { scene: String },
     #[error("--fit {name} is not fitted to impulses of a striker; expected some of {}", FITTED.join(", "))]
     Parameter { name: String },
-    #[error("--fit names {found} parameters, and a hit has three features; name at most {MOST_PARAMETERS}")]
+    #[error("--fit names {found} parameters, and a hit has {FEATURES} features; name at most {MOST_PARAMETERS}")]
     TooMany { found: usize },
     #[error(
-        "{finished} of {runs} runs gave an incident and a returned impulse, too few for a fit; most often: {reason}; lengthen `duration`, or move the bounds"
+        "{finished} of {runs} runs gave an incident and a returned impulse, too few for a fit; most often: {reason}; check the scene, or move the bounds"
     )]
     TooFewRuns { finished: usize, runs: usize, reason: String },
     #[error("stopped")]
@@ -86,31 +93,63 @@ pub enum ImpactError {
 /// Parameters that impulses tell of.
 const FITTED: [&str; 4] = ["alpha", "damping", "support_modulus", "support_loss"];
 
+/// Share of the median peak of all hits below which a record is noise, no hit.
+const NOISE: f64 = 0.1;
+
+/// How long runs last beyond the latest return of a hit, over it: of another modulus it is later.
+const LATER: f64 = 1.5;
+
 /// One record and what was measured of it.
 #[derive(Debug, Clone)]
 pub struct Hit {
     pub record: SensorRecord,
     pub impulses: Impulses,
+    /// Name of the set-up that it belongs to, of several.
+    pub set_up: Option<String>,
 }
 
 impl Hit {
-    pub fn of(record: SensorRecord) -> Result<Self, ImpactError> {
+    /// An impulse before `earliest` (s) after the incident one has not returned.
+    pub fn of(record: SensorRecord, set_up: Option<String>, earliest: f64) -> Result<Self, ImpactError> {
         let path = || record.path.display().to_string();
-        let found = observe(&record.series).map_err(|source| ImpactError::Unread { path: path(), source })?;
-        let impulses = found.ok_or_else(|| ImpactError::NoReturn { path: path(), found: "no second impulse" })?;
-        Ok(Self { record, impulses })
+        let observed =
+            |earliest| observe(&record.series, earliest).map_err(|source| ImpactError::Unread { path: path(), source });
+        let Some(impulses) = observed(earliest)? else {
+            let found = observed(0.0)?.map_or_else(
+                || "no second impulse".into(),
+                |early| format!("one {} after it", engineering(early.returned.delay, "s", 2)),
+            );
+            return Err(ImpactError::NoReturn { path: path(), earliest, found });
+        };
+        Ok(Self { record, impulses, set_up })
     }
+}
+
+/// Splits off the records whose largest excursion is below a tenth of the median one.
+fn without_noise(records: Vec<(SensorRecord, Option<String>)>) -> [Vec<(SensorRecord, Option<String>)>; 2] {
+    let peak = |record: &SensorRecord| levelled(&record.series).peak();
+    let mut peaks: Vec<f64> = records.iter().map(|(record, _)| peak(record)).collect();
+    peaks.sort_unstable_by(f64::total_cmp);
+    let least = NOISE * peaks.get(peaks.len() / 2).copied().unwrap_or_default();
+    let (hits, noise) = records.into_iter().partition(|(record, _)| peak(record) >= least);
+    [hits, noise]
 }
 
 /// Hits of one experiment, and the bench they are compared with.
 #[derive(Debug, Clone)]
 pub struct Experiment {
     pub hits: Vec<Hit>,
+    /// Records without a hit.
+    pub noise: Vec<SensorRecord>,
     pub scene: Scene,
     pub parameters: Vec<Parameter>,
     pub unknown: Unknown,
     pub evaluations: usize,
     pub seed: u64,
+    /// Before this after the incident impulse nothing can have returned, s.
+    earliest: f64,
+    /// Number of unknowns that the hits have told already.
+    told: usize,
 }
 
 #[derive(Debug, Clone)]
@@ -129,29 +168,74 @@ pub struct ImpactFit {
     /// Mean of ln of the return time over the posterior, and the standard deviation of one hit about it.
     pub return_time: [f64; 2],
     pub freedom: f64,
+    /// Medians of the parameters of each of several set-ups.
+    pub set_ups: Vec<(String, Vec<f64>)>,
     pub runs: Vec<Run>,
 }
 
 impl Experiment {
-    /// Checks what does not fit together.
-    pub fn checked(self) -> Result<Self, ImpactError> {
-        if self.scene.chain.sensor.is_none() {
-            return Err(ImpactError::NoSensor { scene: self.scene.name.clone() });
+    /// Of records, each with the name of its set-up where there are several; runs last as long as the latest return asks for.
+    ///
+    /// # Errors
+    /// What does not fit together; a record without a returned impulse.
+    pub fn of(
+        records: Vec<(SensorRecord, Option<String>)>,
+        mut scene: Scene,
+        parameters: Vec<Parameter>,
+    ) -> Result<Self, ImpactError> {
+        if scene.chain.sensor.is_none() {
+            return Err(ImpactError::NoSensor { scene: scene.name.clone() });
         }
         let known = |parameter: &&Parameter| !FITTED.contains(&parameter.name.as_str());
-        if let Some(parameter) = self.parameters.iter().find(known) {
+        if let Some(parameter) = parameters.iter().find(known) {
             return Err(ImpactError::Parameter { name: parameter.name.clone() });
         }
-        if self.parameters.len() > MOST_PARAMETERS {
-            return Err(ImpactError::TooMany { found: self.parameters.len() });
+        if parameters.len() > MOST_PARAMETERS {
+            return Err(ImpactError::TooMany { found: parameters.len() });
         }
-        let expected = self.step();
+        let [records, noise] = without_noise(records);
+        let length = records.iter().map(|(record, _)| record.series.end() - record.series.start).fold(0.0, f64::max);
+        let [arrival, earliest] = arrival(&scene, length)?;
+        let hits = records
+            .into_iter()
+            .map(|(record, set_up)| Hit::of(record, set_up, earliest))
+            .collect::<Result<Vec<_>, _>>()?;
+        let latest = hits.iter().map(|hit| hit.impulses.returned.delay).fold(0.0, f64::max);
+        scene.duration = scene.duration.max(arrival + LATER * latest);
+        let noise = noise.into_iter().map(|(record, _)| record).collect();
+        let (unknown, evaluations, seed) = (Unknown::default(), EVALUATIONS, DEFAULT_SEED);
+        let experiment = Self { hits, noise, scene, parameters, unknown, evaluations, seed, earliest, told: 0 };
+        let expected = experiment.step();
         let other = |hit: &&Hit| (hit.record.series.step / expected - 1.0).abs() > SAME_STEP;
-        if let Some(hit) = self.hits.iter().find(other) {
+        if let Some(hit) = experiment.hits.iter().find(other) {
             let path = hit.record.path.display().to_string();
             return Err(ImpactError::Step { path, expected, found: hit.record.series.step });
         }
-        Ok(self)
+        Ok(experiment)
+    }
+
+    /// The same hits, the time between their samples multiplied by a factor.
+    fn with_clock(&self, factor: f64) -> Result<Self, ImpactError> {
+        let slower = |Hit { record, set_up, .. }: &Hit| {
+            let mut record = record.clone();
+            (record.series.start, record.series.step) = (record.series.start * factor, record.series.step * factor);
+            Hit::of(record, set_up.clone(), self.earliest)
+        };
+        let hits = self.hits.iter().map(slower).collect::<Result<Vec<_>, _>>()?;
+        let mut scene = self.scene.clone();
+        scene.duration *= factor.max(1.0);
+        Ok(Self { hits, scene, told: self.told + 1, ..self.clone() })
+    }
+
+    /// All records, those without a hit last; of several hits in one file one.
+    pub fn files(&self) -> impl Iterator<Item = &SensorRecord> {
+        let all = self.hits.iter().map(|hit| &hit.record).chain(&self.noise);
+        let mut known = Vec::new();
+        all.filter(move |record| {
+            let is_new = !known.contains(&&record.path);
+            known.push(&record.path);
+            is_new
+        })
     }
 
     fn step(&self) -> f64 {
@@ -163,9 +247,23 @@ impl Experiment {
         self.hits.iter().map(|hit| hit.impulses.features()).collect()
     }
 
+    /// The names of several set-ups, in order, and the features of their hits.
+    fn set_ups(&self) -> (Vec<String>, Vec<Vec<Features>>) {
+        let mut found: Vec<(String, Vec<Features>)> = Vec::new();
+        for hit in &self.hits {
+            let name = hit.set_up.clone().unwrap_or_default();
+            let features = hit.impulses.features();
+            match found.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, hits)) => hits.push(features),
+                None => found.push((name, vec![features])),
+            }
+        }
+        found.into_iter().unzip()
+    }
+
     /// Fits the parameters; `stop` is called between rounds.
     pub fn fit(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactFit, ImpactError> {
-        let hits = Hits::of(&self.features());
+        let hits = Hits::of(&self.set_ups().1);
         let mut parameters = self.parameters.clone();
         let mut left = WIDENINGS;
         loop {
@@ -185,7 +283,7 @@ impl Experiment {
         let mut scene = self.scene.clone();
         let fitted = fit.parameters.iter().zip(&fit.estimates);
         fitted.for_each(|(parameter, estimate)| parameter.set(&mut scene, estimate.value));
-        Ok(high_passed(&force(&scene, 0.5)?, CORNER.0))
+        Ok(high_passed(&force(&scene, 0.0)?, CORNER.0))
     }
 
     fn searched(
@@ -194,7 +292,8 @@ impl Experiment {
         hits: &Hits,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<ImpactFit, ImpactError> {
-        let bench = Bench { scene: &self.scene, parameters, unknown: self.unknown, step: self.step(), seed: self.seed };
+        let Self { scene, unknown, seed, earliest, .. } = self;
+        let bench = Bench { scene, parameters, unknown: *unknown, step: self.step(), earliest: *earliest, seed: *seed };
         let size = (self.evaluations / ROUNDS) as u32;
         let mut within = vec![[0.0, 1.0]; parameters.len()];
         let (mut runs, mut before): (Vec<Run>, Option<Grid>) = (Vec::new(), None);
@@ -207,13 +306,31 @@ impl Experiment {
             let likelihood = Likelihood::new(&regression, hits);
             let grid = Grid::of(&likelihood, &within).ok_or_else(|| too_few(&runs))?;
             if round + 1 == ROUNDS as u32 {
-                return Ok(answer(parameters, &likelihood, &grid, before.as_ref(), (&within, runs)));
+                let mut fit = answer(parameters, &likelihood, &grid, before.as_ref(), (&within, runs), self.told);
+                let (names, hits) = self.set_ups();
+                let each = names.into_iter().zip(&hits).filter(|_| hits.len() > 1);
+                fit.set_ups = each
+                    .filter_map(|(name, hits)| Some((name, medians(parameters, &regression, hits, &within)?)))
+                    .collect();
+                return Ok(fit);
             }
             within = grid.holds(REACH, LEAST);
             before = Some(grid);
         }
         Err(ImpactError::Stopped)
     }
+}
+
+/// Medians of the parameters by the hits of one set-up.
+fn medians(
+    parameters: &[Parameter],
+    regression: &Regression,
+    hits: &[Features],
+    within: &[[f64; 2]],
+) -> Option<Vec<f64>> {
+    let hits = Hits::of(&[hits.to_vec()]);
+    let grid = Grid::of(&Likelihood::new(regression, &hits), within)?;
+    Some(parameters.iter().enumerate().map(|(d, parameter)| parameter.value(grid.quantiles(d, [0.5])[0])).collect())
 }
 
 fn too_few(runs: &[Run]) -> ImpactError {
@@ -236,6 +353,7 @@ fn answer(
     grid: &Grid,
     before: Option<&Grid>,
     (within, runs): (&[[f64; 2]], Vec<Run>),
+    told: usize,
 ) -> ImpactFit {
     let mut settled = true;
     let estimate = |(d, parameter): (usize, &Parameter)| {
@@ -250,9 +368,9 @@ fn answer(
         Estimate { unidentified: high - low > WIDE, ..found }
     };
     let estimates: Vec<Estimate> = parameters.iter().enumerate().map(estimate).collect();
-    let p_value = likelihood.p_value(grid.square, parameters.len());
+    let p_value = likelihood.p_value(grid, parameters.len() + told);
     let (mean, covariance) = grid.moments(|at| likelihood.regression.expected(at).mean);
-    let of_mean = covariance[(0, 0)] + likelihood.shared()[(0, 0)];
+    let of_mean = covariance[(0, 0)] + likelihood.shared()[(0, 0)] + likelihood.hits.set_up[(0, 0)];
     let of_hit = likelihood.scatter[(0, 0)];
     ImpactFit {
         correlation: if parameters.len() > 1 { grid.correlation(0, 1) } else { 0.0 },
@@ -260,7 +378,8 @@ fn answer(
         deviations: likelihood.deviations(&grid.best),
         scatter: likelihood.scatter.diagonal().map(f64::sqrt),
         return_time: [mean[0], (of_mean + of_hit).sqrt()],
-        freedom: likelihood.hits.freedom(),
+        freedom: likelihood.hits.freedom,
+        set_ups: Vec::new(),
         verdict: Verdict::of(p_value, !settled, false),
         parameters: parameters.to_vec(),
         estimates,

@@ -1,13 +1,16 @@
 //! Result of a calibration on impact records: `calibration.json`, with the keys of other calibrations where they mean the same.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use serde::{Deserialize, Serialize};
+
+use granchain_record::SensorRecord;
+use granchain_signal::number::{engineering, significant};
 
 use super::{Experiment, ImpactFit, hit::NAMES, likelihood::student};
 use crate::{
     diagnosis::Finding,
-    fit::Verdict,
+    fit::{Estimate, Verdict},
     outcome::{FittedParameter, InputDigest, estimates_by_name, failures_of},
     recorded_run::labels,
 };
@@ -30,6 +33,8 @@ pub struct ImpactOutcome {
     /// The mean of the hits and the model at the answer.
     pub fitted_features: BTreeMap<String, HitFeature>,
     pub hits: Vec<HitOutcome>,
+    /// What several set-ups say of the parameters, or that there is one.
+    pub set_up: String,
     /// Likely causes if the model does not explain the hits, most likely first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub diagnosis: Vec<Finding>,
@@ -83,6 +88,29 @@ pub struct HitOutcome {
     pub within: bool,
 }
 
+/// Standard deviation of ln of a feature over hits from which it is warned of, 1.
+const SCATTER: f64 = 0.1;
+
+/// What set-ups say, in a sentence.
+fn set_up(fit: &ImpactFit) -> String {
+    if fit.set_ups.is_empty() {
+        return "one set-up tells of one set-up: of columns set up anew on one specimen the modulus has changed by factors of 1.3 to 2; fit several set-ups, \
+                each [[record]] of the plan with its `set_up`"
+            .into();
+    }
+    let of = |(d, estimate): (usize, &Estimate)| {
+        let shown = |value: f64| engineering(value, &estimate.unit, 3);
+        let values: Vec<f64> = fit.set_ups.iter().map(|(_, medians)| medians[d].ln()).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0);
+        let each = fit.set_ups.iter().map(|(name, medians)| format!("{} ({name})", shown(medians[d])));
+        let each = each.collect::<Vec<_>>().join(", ");
+        format!("{} {each}: a factor of {} from one to another", estimate.name, significant(square.sqrt().exp(), 3))
+    };
+    let all: Vec<String> = fit.estimates.iter().enumerate().map(of).collect();
+    format!("{} set-ups: {}", fit.set_ups.len(), all.join("; "))
+}
+
 impl ImpactOutcome {
     /// Of a fit; what was read and named is added by who knows it.
     pub fn of(experiment: &Experiment, fit: &ImpactFit, diagnosis: Vec<Finding>) -> Self {
@@ -91,12 +119,15 @@ impl ImpactOutcome {
         let (low, high) = ((mean - reach).exp(), (mean + reach).exp());
         let within = |time: f64| (low..=high).contains(&time);
         let paths: Vec<_> = experiment.hits.iter().map(|hit| hit.record.path.as_path()).collect();
+        let several = |path: &Path| paths.iter().filter(|other| **other == path).count() > 1;
         let hits: Vec<HitOutcome> = experiment
             .hits
             .iter()
             .zip(labels(&paths))
             .map(|(hit, label)| {
                 let returned = hit.impulses.returned;
+                // Several hits of one file have their channels' names.
+                let label = if several(&hit.record.path) { hit.record.column.clone() } else { label };
                 HitOutcome {
                     label,
                     measured: hit.record.path.display().to_string(),
@@ -119,7 +150,26 @@ impl ImpactOutcome {
             };
             ((*name).to_owned(), compared)
         };
-        let mut warnings: Vec<String> = Vec::new();
+        let noise = |record: &SensorRecord| {
+            format!(
+                "{}: left out: its largest excursion is below a tenth of the median one of all hits; it holds noise, no hit",
+                record.path.display()
+            )
+        };
+        let mut warnings: Vec<String> = experiment.noise.iter().map(noise).collect();
+        let scatter = |feature: usize| {
+            let off = features.iter().map(|hit| (hit[feature] - measured(feature)).powi(2)).sum::<f64>();
+            (off / (features.len() as f64 - 1.0).max(1.0)).sqrt()
+        };
+        let wide = NAMES.iter().enumerate().filter(|(feature, _)| scatter(*feature) > SCATTER);
+        let wide: Vec<String> =
+            wide.map(|(feature, name)| format!("{} % in {name}", significant(100.0 * scatter(feature), 2))).collect();
+        if !wide.is_empty() {
+            let wide = wide.join(", ");
+            warnings.push(format!(
+                "the hits scatter by {wide}, more than 10 %; look at each in the table of hits, and leave out what is no clean hit"
+            ));
+        }
         for hit in &experiment.hits {
             warnings.extend(hit.record.warnings.iter().map(|text| format!("{}: {text}", hit.record.path.display())));
         }
@@ -142,6 +192,7 @@ impl ImpactOutcome {
             },
             fitted_features: NAMES.iter().enumerate().map(compared).collect(),
             hits,
+            set_up: set_up(fit),
             diagnosis,
             evaluations: fit.runs.len() as u64,
             failed_runs: fit.runs.iter().filter(|run| run.features.is_err()).count() as u64,

@@ -2,7 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use granchain_model::{ModelError, chain::ChainModel, chain::ensemble::Variation, scene::Scene};
+use granchain_model::{
+    ModelError,
+    chain::ChainModel,
+    chain::ensemble::Variation,
+    scene::{Scene, Sensor},
+};
 use granchain_signal::Series;
 use nalgebra::SVector;
 use rand::{Rng as _, SeedableRng as _};
@@ -22,8 +27,11 @@ pub(crate) type Nuisance = SVector<f64, SHARED>;
 /// foot below zero by a third.
 pub(super) const CORNER: (f64, f64) = (800.0, 0.7);
 
-/// Standard deviation of the weight of the contact before the sensor bead about one half: a shift of half a bead's passage would be one half.
-const WEIGHT: f64 = 0.1;
+/// Standard deviation of the share of the contact before the sensor bead: a shift of half a bead's passage would be one half.
+const SHARE: f64 = 0.1;
+
+/// Longest run, s, in which an impulse is followed to the last bead.
+const LONGEST: f64 = 20e-3;
 
 /// What is not known of a bench with a striker.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +70,8 @@ pub(crate) struct Bench<'a> {
     pub unknown: Unknown,
     /// Sampling step of the records, s.
     pub step: f64,
+    /// Before this after the incident impulse nothing can have returned, s.
+    pub earliest: f64,
     pub seed: u64,
 }
 
@@ -91,9 +101,9 @@ impl Bench<'_> {
         };
         scene = varied(&scene, &variation);
         let corner = CORNER.0 * (CORNER.1 * nuisance[2]).exp();
-        let features = force(&scene, 0.5 + WEIGHT * nuisance[3]).map_err(|error| error.to_string()).and_then(|force| {
+        let features = force(&scene, SHARE * nuisance[3]).map_err(|error| error.to_string()).and_then(|force| {
             let seen = sampled(&high_passed(&force, corner), self.step, phase);
-            let found = observe(&seen).map_err(|error| error.to_string())?;
+            let found = observe(&seen, self.earliest).map_err(|error| error.to_string())?;
             found
                 .map(|found| found.features())
                 .ok_or_else(|| "no impulse returns to the sensor within the duration".into())
@@ -102,16 +112,31 @@ impl Bench<'_> {
     }
 }
 
-/// What a sensor in its bead reads, N: the force of the contact before the bead with a weight from 0 to 1, one half for the middle of the bead, and that
-/// of the contact behind it with the rest.
-pub fn force(scene: &Scene, weight: f64) -> Result<Series, ModelError> {
+/// What the scene's sensor reads, N, and the force of the contact before the last bead.
+fn forces(scene: &Scene, more: f64) -> Result<[Series; 2], ModelError> {
     let lacking =
         || ModelError::Unsupported { model: "chain", reason: "the scene has no sensor; set chain.sensor".into() };
     let sensor = scene.chain.sensor.ok_or_else(lacking)?;
     let forces = ChainModel.run(scene, &mut |_| true)?.contact_force;
-    let [before, after] = [&forces[sensor - 1], &forces[sensor]];
-    let values = before.values.iter().zip(&after.values).map(|(a, b)| weight * a + (1.0 - weight) * b).collect();
-    Ok(Series { values, ..before.clone() })
+    let read = Sensor { share: (sensor.share + more).clamp(0.0, 1.0), ..sensor }.reads(&forces);
+    Ok([read, forces[scene.chain.beads.len() - 1].clone()])
+}
+
+/// What the scene's sensor reads, N, if its share is larger by `more`.
+pub fn force(scene: &Scene, more: f64) -> Result<Series, ModelError> {
+    forces(scene, more).map(|[read, _]| read)
+}
+
+/// When the impulse reaches the sensor, and how long after it nothing can have returned: twice its way from there to the last bead; s. A record of
+/// `length` (s) shows it.
+pub fn arrival(scene: &Scene, length: f64) -> Result<[f64; 2], ModelError> {
+    let mut scene = scene.clone();
+    scene.duration = scene.duration.max(length.min(LONGEST));
+    let [sensor, last] = forces(&scene, 0.0)?.map(|force| {
+        let half = 0.5 * force.values.iter().copied().fold(0.0, f64::max);
+        force.time(force.values.iter().position(|value| *value >= half).unwrap_or(0))
+    });
+    Ok([sensor, 2.0 * (last - sensor).max(0.0)])
 }
 
 /// As an AC coupling passes it: ẏ = ẋ − 2π f y, y = 0 at first, by the trapezoidal rule.

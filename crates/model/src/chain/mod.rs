@@ -123,7 +123,7 @@ impl ChainModel {
             }
             Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
         };
-        Ok(grid.response(energy, work).counted(scene.is_struck(), scene.chain.sensor))
+        Ok(grid.response(energy, work).counted(scene.is_struck(), |forces| scene.chain.reading(forces)))
     }
 }
 

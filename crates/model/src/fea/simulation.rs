@@ -34,7 +34,7 @@ use crate::{
     holder::Hold,
     horn::HornMotion,
     response::{Channels, Response, SolverWork},
-    scene::{PistonMotion, Scene, Scheme, WaterSettings},
+    scene::{PistonMotion, Scene, Scheme, Sensor, WaterSettings},
     tally,
     water::{front::WaterRecord, loaded_disc::LoadedDisc},
 };
@@ -73,7 +73,7 @@ pub struct Simulation<'a> {
     piston: f64,
     /// Force at which every contact would yield, N, where that is known.
     yield_forces: Vec<Option<f64>>,
-    sensor: Option<usize>,
+    sensor: Option<Sensor>,
     /// Where the drive alone puts the piston, m.
     driven: f64,
     horn: Option<HornMotion<f64>>,
@@ -277,7 +277,7 @@ impl<'a> Simulation<'a> {
             wet.disc.count(&mut response.work);
             wet.record.clone().enter_behind(front, water, wet.energies, &mut response);
         }
-        response.counted(false, self.sensor)
+        response.counted(false, |forces| self.sensor.map(|sensor| sensor.reads(forces)))
     }
 
     /// Take one nominal step.

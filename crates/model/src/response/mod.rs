@@ -35,7 +35,7 @@ pub struct Response {
     pub observed: ObservedPoint,
     /// Force of each of the N + 1 contacts, N, ≥ 0 pressing.
     pub contact_force: Vec<Series>,
-    /// Mean force of the two contacts of the scene's sensor bead, N: what a sensor embedded in it reads.
+    /// What the scene's sensor reads of the two contacts of its bead, N.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor_force: Option<Series>,
     /// Radius of each of the N + 1 contacts, m, ≥ 0, 0 where open: half the width of the pressed zone along the surface. Only where the
@@ -76,19 +76,15 @@ impl ObservedPoint {
 }
 
 impl Response {
-    /// As its scene counts: a striker, the first bead of the chain that ran, in the piston's place, and what the sensor bead of that number reads.
-    pub(crate) fn counted(mut self, is_struck: bool, sensor: Option<usize>) -> Self {
+    /// As its scene counts: a striker, the first bead of the chain that ran, in the piston's place, and what a sensor reads of its contacts.
+    pub(crate) fn counted(mut self, is_struck: bool, reading: impl Fn(&[Series]) -> Option<Series>) -> Self {
         if is_struck {
             self.piston_displacement = self.bead_displacement.remove(0);
             self.bead_velocity.remove(0);
             self.contact_force.remove(0);
             self.contact_radius.as_mut().map(|radii| radii.remove(0));
         }
-        self.sensor_force = sensor.map(|bead| {
-            let [before, after] = [&self.contact_force[bead - 1], &self.contact_force[bead]];
-            let mean = before.values.iter().zip(&after.values).map(|(a, b)| 0.5 * (a + b)).collect();
-            Series::new(before.start, before.step, mean)
-        });
+        self.sensor_force = reading(&self.contact_force);
         self
     }
 

@@ -1,6 +1,7 @@
 //! The beads, from piston to support.
 
 use super::{Material, MeshFile};
+use granchain_signal::Series;
 
 pub const MOST_BEADS: usize = 1000;
 
@@ -46,11 +47,34 @@ pub struct Chain {
     pub precompression: f64,
     /// Acceleration of gravity along the axis, from piston or striker to the support, m/s²; 0 for none.
     pub gravity: f64,
-    /// Number of the bead, from 1, whose two contact forces an embedded sensor reads; none without one.
-    pub sensor: Option<usize>,
+    /// A force sensor embedded in a bead; none without one.
+    pub sensor: Option<Sensor>,
+}
+
+/// A force sensor embedded in a bead: it reads s F₋ + (1 − s) F₊.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// Number of the bead, from 1.
+    pub bead: usize,
+    /// Share s of F₋, the force of the contact before the bead, 0 to 1; F₊ is that of the contact behind it. ½ reads their mean.
+    pub share: f64,
+}
+
+impl Sensor {
+    /// Its reading, N, of the forces of all contacts, the first before bead 1.
+    pub fn reads(self, forces: &[Series]) -> Series {
+        let [before, behind] = [&forces[self.bead - 1], &forces[self.bead]];
+        let both = before.values.iter().zip(&behind.values);
+        Series { values: both.map(|(a, b)| self.share * a + (1.0 - self.share) * b).collect(), ..before.clone() }
+    }
 }
 
 impl Chain {
+    /// What its sensor reads, N, of the forces of all contacts.
+    pub(crate) fn reading(&self, forces: &[Series]) -> Option<Series> {
+        self.sensor.map(|sensor| sensor.reads(forces))
+    }
+
     /// The first contact that is open at the start, counted from 1 at the piston, and its gap, m.
     pub(crate) fn first_open_gap(&self) -> Option<(usize, f64)> {
         self.gaps.iter().position(|gap| *gap > 0.0).map(|contact| (contact + 1, self.gaps[contact]))

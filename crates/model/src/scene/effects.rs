@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn,
-    ModelKind, Relaxation, Scene, Scheme, Support, TermDescription, setting::given,
+    ModelKind, Relaxation, Scene, Scheme, Sensor, Support, TermDescription, setting::given,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -195,7 +195,8 @@ fn impact_effects(scene: &Scene) -> impl Iterator<Item = Effect> {
     };
     let plate = scene.support.plate();
     let plate = plate.map(|plate| setting("support.plate_thickness", plate.thickness, Dimension::LENGTH));
-    let sensor = chain.sensor.map(|bead| format!("chain.sensor = {bead}"));
+    let sensor =
+        chain.sensor.map(|Sensor { bead, share }| format!("chain.sensor = {bead}, chain.sensor_share = {share}"));
     [
         ("striker", striker),
         ("gravity", gravity),

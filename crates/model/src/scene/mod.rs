@@ -65,7 +65,7 @@ mod word;
 pub use annulus::AnnulusShape;
 pub use builtin::BUILT_IN;
 pub(crate) use builtin::BuiltIn;
-pub use chain::{Bead, Chain, MOST_BEADS};
+pub use chain::{Bead, Chain, MOST_BEADS, Sensor};
 pub use contact_law::ContactLaw;
 pub use damping::{Damping, DampingCoefficients, DampingKind, DampingPlacement, DampingTerm, TermDescription};
 pub(crate) use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY};

@@ -134,6 +134,16 @@ impl Support {
         if let Self::Spring { stiffness } = self { Some(*stiffness) } else { None }
     }
 
+    /// Whether a plate on a foundation, if there is one, is thinner than l₀ = (2D/E′)^(1/3), over which it spreads a force: else it is no plate.
+    pub fn is_plate_thin(&self) -> bool {
+        let Self::Foundation { youngs_modulus, poissons_ratio, plate: Some(Plate { material, .. }), .. } = self else {
+            return true;
+        };
+        let plane = |modulus: f64, ratio: f64| modulus / (1.0 - ratio * ratio);
+        // D = E_p′ h³/12: the thickness falls out.
+        plane(material.youngs_modulus, material.poissons_ratio) > 6.0 * plane(*youngs_modulus, *poissons_ratio)
+    }
+
     pub(crate) const fn plate(&self) -> Option<&Plate> {
         if let Self::Foundation { plate: Some(plate), .. } = self { Some(plate) } else { None }
     }
@@ -171,3 +181,18 @@ impl Support {
 words!(FlatContact { Rigid = "rigid", HalfSpace = "half-space" });
 
 words!(ContactNormal { Fixed = "fixed", Moving = "moving" });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plate_is_one_on_a_softer_half_space_alone() {
+        let on = |youngs_modulus: f64| {
+            let plate = Some(Plate { thickness: 1e-3, material: Material::resin() });
+            Support::Foundation { youngs_modulus, poissons_ratio: 0.3, loss_time: 0.0, plate }.is_plate_thin()
+        };
+        let own = Material::resin().youngs_modulus;
+        assert!(on(0.01 * own) && !on(own) && Support::Free.is_plate_thin());
+    }
+}

@@ -69,13 +69,17 @@ pub const KEYS: &[Key] = &[
         "gravity along the axis towards the support: the chain starts in equilibrium",
     )
     .number(|scene| given(scene.chain.gravity)),
-    count(
-        "chain.sensor",
-        (1, MOST_BEADS as u32),
-        "number of the sensor bead, which reads the mean of its two contact forces",
+    count("chain.sensor", (1, MOST_BEADS as u32), "number of the sensor bead, which reads its two contact forces")
+        .value(|scene| Some(beads(scene.chain.sensor?.bead)))
+        .usually("none"),
+    number(
+        "chain.sensor_share",
+        Dimension::NONE,
+        Bound::Between(0.0, 1.0),
+        "share of the contact before the sensor bead in its reading; 0.5 is the mean of both, 0 the contact behind it",
     )
-    .value(|scene| scene.chain.sensor.map(beads))
-    .usually("none"),
+    .number(|scene| Some(scene.chain.sensor?.share))
+    .or(0.5),
     key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file")
         .value(|scene| path(shared_mesh(scene)?))
         .usually("a mesh of the program's own")

@@ -1,4 +1,4 @@
-//! MATLAB `.mat` of versions 4 to 7: matrices of real numbers, also within structures.
+//! MATLAB `.mat` of versions 4 to 7: matrices of real numbers, also within structures and cells.
 //!
 //! In version 4 each matrix has a header of five integers, its name and its numbers.
 //!
@@ -18,7 +18,8 @@ use super::{
 
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-/// Classes of a matrix: structure, text; first and last class of numbers.
+/// Classes of a matrix: array of cells; structure; text; first and last class of numbers.
+const CELLS: u8 = 1;
 const STRUCTURE: u8 = 2;
 const TEXT: u8 = 4;
 const NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
@@ -141,7 +142,7 @@ fn elements(
     Some(())
 }
 
-/// A matrix, and those in the fields of a structure.
+/// A matrix, and those in the fields of a structure or in cells, which are numbered from 1.
 fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -> Option<()> {
     if file.all.is_empty() {
         return Some(());
@@ -173,7 +174,19 @@ fn matrix(file: Bytes<'_>, prefix: &str, found: &mut Vec<Array>, depth: usize) -
         }
         return Some(());
     }
-    // Logical and complex matrices, cells and sparse matrices are no records.
+    if class == CELLS && depth < DEEPEST {
+        let all = sizes.iter().try_fold(1, |all: usize, size| all.checked_mul(*size))?;
+        for cell in 1..=all {
+            let (kind, length, data, next) = element(file, at)?;
+            let inner = Bytes { all: file.slice(data, length)?, ..file };
+            if kind == MATRIX && found.len() < MOST_MATRICES {
+                matrix(inner, &format!("{name}{{{cell}}}"), found, depth + 1)?;
+            }
+            at = next;
+        }
+        return Some(());
+    }
+    // Logical and complex matrices and sparse matrices are no records.
     if !(NUMBERS.contains(&class) || class == TEXT) || flags & COMPLEX != 0 || sizes.len() != 2 {
         return Some(());
     }

@@ -112,6 +112,18 @@ pub(super) fn read(
     Some(contents.map_err(refused).and_then(|contents| table(path, contents, kind, options)))
 }
 
+/// All channels of a file; `None` if it is no such file.
+pub(super) fn columns(
+    path: &Path,
+    bytes: &[u8],
+    options: &ReadOptions,
+) -> Option<Result<Vec<Column>, MeasurementError>> {
+    let contents = reader(path, bytes)?(path, bytes, options);
+    let refused = |text| MeasurementError::Instrument { path: path.into(), text };
+    let named = |channel: &Channel| Column::named(&channel.name, &channel.unit);
+    Some(contents.map(|contents| contents.channels.iter().take(MOST_CHANNELS).map(named).collect()).map_err(refused))
+}
+
 fn table(
     path: &Path,
     contents: Contents,

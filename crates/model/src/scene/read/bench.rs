@@ -3,8 +3,8 @@
 use super::support::mesh_file;
 use crate::scene::{
     Bead, Chain, DEFAULT_SLIP_VELOCITY, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, Holder, Horn,
-    MaterialLoss, Relaxation, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError, key::Bound,
-    reader::Reader, shown::length,
+    MaterialLoss, Relaxation, Sensor, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError,
+    key::Bound, reader::Reader, shown::length,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -37,13 +37,21 @@ pub(super) fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
         });
     }
     let gravity = reader.given("chain.gravity")?.unwrap_or(0.0);
-    let sensor = reader.count("chain.sensor")?.map(|number| number as usize);
-    if let Some(number) = sensor.filter(|number| *number > count) {
-        return Err(reader.out_of_range("chain.sensor", format!("a bead from 1 to {count}"), number.to_string()));
-    }
-    let chain = Chain { beads, gaps, precompression, gravity, sensor };
+    let chain = Chain { beads, gaps, precompression, gravity, sensor: sensor(reader, count)? };
     refuse_idle_unit(reader, &chain)?;
     Ok(chain)
+}
+
+fn sensor(reader: &Reader<'_>, beads: usize) -> Result<Option<Sensor>, SceneError> {
+    let (key, share) = ("chain.sensor", "chain.sensor_share");
+    let Some(bead) = reader.count(key)?.map(|number| number as usize) else {
+        reader.refuse_alone(&[share], key)?;
+        return Ok(None);
+    };
+    if bead > beads {
+        return Err(reader.out_of_range(key, format!("a bead from 1 to {beads}"), bead.to_string()));
+    }
+    Ok(Some(Sensor { bead, share: reader.number(share)? }))
 }
 
 /// The unit given for meshes, if any of them uses it.
