@@ -28,6 +28,7 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
             sensor: None,
         },
         piston: FlatContact::Rigid,
+        piston_material: None,
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),

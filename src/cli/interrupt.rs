@@ -39,6 +39,11 @@ pub fn exit_code() -> Option<u8> {
     (signal != 0).then_some(128 + signal)
 }
 
+/// Takes back a Ctrl-C that ended a part of the work only, so that the rest is done; a second one asks again. False where another signal asked, or none.
+pub fn taken_back() -> bool {
+    REQUESTED.compare_exchange(SIGINT, 0, Ordering::SeqCst, Ordering::SeqCst).is_ok()
+}
+
 /// `Err(Interrupted)` once the process was asked to stop.
 pub fn check() -> Result<(), Interrupted> {
     if requested() { Err(Interrupted) } else { Ok(()) }

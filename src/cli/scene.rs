@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     measurement::shell_word,
-    model::contact_law::{ElasticLaw, Hertz, bead_flat_stiffness, bead_pair_stiffness},
+    model::contact_law::{ElasticLaw, Hertz, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness},
     scene::{self, BUILT_IN, DriveKind, Effect, KEYS, ModelKind, Scene, SettingValue, Support},
     signal::{Dimension, Quantity},
 };
@@ -307,7 +307,7 @@ fn contacts(scene: &Scene) -> Vec<(&'static str, String)> {
     let beads = &scene.chain.beads;
     let mut rows = vec![match scene.drive.kind.striker() {
         Some((striker, _)) => ("Hertz stiffness, striker", stiffness(bead_pair_stiffness(striker, &beads[0]))),
-        None => ("Hertz stiffness, piston", stiffness(bead_flat_stiffness(&beads[0], scene.piston))),
+        None => ("Hertz stiffness, piston", stiffness(bead_face_stiffness(&beads[0], scene.piston_face()))),
     }];
     if let [first, second, ..] = &beads[..] {
         let pair = bead_pair_stiffness(first, second);

@@ -34,6 +34,7 @@ fn rigid(tolerance: f64) -> Scene {
         description: String::new(),
         chain: Chain { beads: vec![bead(); 6], gaps: vec![0.0; 7], precompression: 0.0, gravity: 0.0, sensor: None },
         piston: FlatContact::Rigid,
+        piston_material: None,
         drive: Drive { kind: DriveKind::SineCycles { cycles: 5.0 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),

@@ -25,6 +25,7 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         description: String::new(),
         chain: Chain { beads: vec![bead; 6], gaps: vec![0.0; 7], precompression: 0.0, gravity: 0.0, sensor: None },
         piston: FlatContact::Rigid,
+        piston_material: None,
         drive: Drive { kind: DriveKind::ToneBurst { cycles: 40.0, ring_up: 100e-6 }, amplitude: 1e-6, frequency: 73e3 },
         amplitude_scale: 1.0,
         support,

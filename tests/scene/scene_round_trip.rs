@@ -296,11 +296,13 @@ fn scenes() -> impl Strategy<Value = Scene> {
             let (damping, steel, amplitude_scale, duration, output_step, model) = second;
             let vibrometer_bandwidth = drive.frequency + 0.3 / output_step;
             let piston = if steel { FlatContact::HalfSpace } else { FlatContact::Rigid };
+            let piston_material = Some(Material::titanium()).filter(|_| steel && amplitude_scale > 1.0);
             let mut scene = Scene {
                 name,
                 description,
                 chain,
                 piston,
+                piston_material,
                 drive,
                 amplitude_scale,
                 support,

@@ -1,10 +1,12 @@
 //! Likely causes if the model does not explain a record: each cause is assumed in turn, and its p-value is computed.
 //!
-//! Two causes need no further run, since the existing runs are judged again: a wrong sign, and a factor on all
-//! amplitudes (sensitivity). The others take a few hundred runs of the chain each: powers of ten (a unit), the horn's
-//! sign, one bead more or fewer, beads of another radius, modulus or material, other end faces, another support, an
-//! open first gap, the other damping law. Causes that explain the record are named, most likely first; no others are.
-//! Causes that explain it about equally well are marked as equivalent.
+//! 1. Without a new run: a wrong sign, a factor on all amplitudes, the clock (seen in what the fit leaves of the waveform).
+//! 2. Every other cause is looked for by a few short runs: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of another radius,
+//!    modulus or material, faces of other materials, another support, an open first gap, friction in the guide, other damping laws.
+//! 3. Those whose runs come nearest to the record's first cycles are fitted, two at a time, until one explains the record and the next are farther
+//!    off, or the budget of runs is spent.
+//!
+//! Causes that explain the record are named, most likely first; no others are. Causes that explain it about equally well are marked as equivalent.
 
 use std::sync::Arc;
 
@@ -16,24 +18,31 @@ use super::{
     comparison::{Comparison, Reduction},
     drive::HornNoise,
     fit::{Fit, Standing, standing},
-    forward::{Forward, Run, Uncertainty, Watch},
+    forward::{Forward, Uncertainty, Watch},
     likelihood::{TrainingRuns, neighbours},
-    parameter::Parameter,
+    parameter::{Parameter, Target},
     posterior::Posterior,
-    search::Search,
+    search::{Search, ranking},
     statement::p_value,
     synthetic::with_law,
-    waveform::{self, Compared, Purpose, WaveformFit},
+    waveform::{self, CLOCK, Compared, QUANTILE, Start, WaveformFit},
 };
 use granchain_model::{
     self as model,
     chain::FiniteBodyLaws,
-    scene::{DampingKind, DriveKind, FlatContact, Material, Scene, Support},
+    scene::{Bead, DEFAULT_SLIP_VELOCITY, DampingKind, DriveKind, FlatContact, Holder, Material, Scene, Support},
 };
-use granchain_signal::{Series, number::engineering};
+use granchain_signal::{
+    Series,
+    number::engineering,
+    spline::{Ends, Spline},
+};
 
-/// p above which the search for causes stops.
-const EXPLAINED: f64 = 0.3;
+/// p above which the search for causes stops, and the misfit of the next one over that of the best so far from which it cannot be as good.
+const EXPLAINED: (f64, f64) = (0.3, 2.0);
+
+/// Most runs of a search for causes, short ones and long ones.
+const BUDGET: usize = 12_000;
 
 /// Factors of a wrong unit or range.
 const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
@@ -46,8 +55,26 @@ const EQUIVALENT: usize = 6;
 /// Share of the best cause's p above which another cause is equivalent.
 const AS_WELL: f64 = 0.3;
 
-/// Runs of a search for one cause.
-const RUNS: usize = 300;
+/// Runs of a search for one cause by features; half as many again with a third parameter.
+const RUNS: usize = 200;
+
+/// Most runs of one cause, with those of its waveform.
+const DEAREST: usize = 3 * RUNS / 2 + waveform::HURRIED_RUNS;
+
+/// Share of what is left of a waveform that another clock has to explain, in standard deviations too, and the clocks that are named.
+const CLOCK_SHARE: f64 = 0.3;
+const CLOCK_SEEN: f64 = 4.0;
+const CLOCKS: (f64, f64) = (2e-4, 0.02);
+
+/// Standard deviation of a clock that was corrected already.
+const CLOCK_LEFT: f64 = 10.0 * CLOCK;
+
+/// Friction of a bead guide that is looked for, over the weight of a bead.
+const FRICTION: (f64, f64) = (0.5, 1000.0);
+const GRAVITY: f64 = 9.81;
+
+/// Predictable cycles from which an average of several shots is that of one.
+const STEADY: f64 = 20.0;
 
 /// Factor by which p must grow for a cause that leaves the verdict doubtful.
 const BETTER: f64 = 30.0;
@@ -62,12 +89,12 @@ const ANY_FACTOR: f64 = 3.0;
 const FACTOR: f64 = 0.1;
 
 /// Assumed number of shots of an unstated average.
-const SHOTS: usize = 16;
+const SHOTS: usize = 8;
 
 /// Relative change of the bead radius that is tried, both ways.
 const RADIUS: f64 = 0.1;
 
-fn materials() -> [(&'static str, Material); 6] {
+fn materials() -> [(&'static str, Material); 7] {
     let other = |name: &'static str, youngs_modulus, poissons_ratio, density| {
         (name, Material { name: name.into(), youngs_modulus, poissons_ratio, density })
     };
@@ -77,8 +104,14 @@ fn materials() -> [(&'static str, Material); 6] {
         other("brass", 103e9, 0.34, 8500.0),
         ("soda-lime glass", Material::glass()),
         other("zirconia", 205e9, 0.31, 6050.0),
-        other("tungsten carbide", 600e9, 0.22, 14_900.0),
+        ("tungsten carbide", Material::tungsten_carbide()),
+        ("titanium", Material::titanium()),
     ]
+}
+
+/// What horns are made of, softest first.
+fn faces() -> [Material; 4] {
+    [Material::aluminium(), Material::titanium(), Material::chrome_steel(), Material::tungsten_carbide()]
 }
 
 /// Relative difference of constants below which two materials count as the same.
@@ -98,8 +131,10 @@ pub enum Cause {
     /// Young's modulus or density of the beads.
     Modulus,
     Material,
-    /// The faces of piston or support.
+    /// The faces of piston or support, rigid or of the beads' material.
     Ends,
+    /// The face of the horn, of another material than the beads.
+    HornFace,
     /// The stiffness of the support; of a column that is struck, modulus or loss of its foundation.
     Support,
     /// A plate on the foundation.
@@ -112,9 +147,13 @@ pub enum Cause {
     Clock,
     /// Losses in the contacts of the beads.
     ContactLoss,
-    /// The gap before the first bead.
+    /// The gap before the first bead, or rough contacts.
     Gap,
+    /// Friction in the bead guide.
+    Friction,
     DampingLaw,
+    /// The clock of the vibrometer against the horn's.
+    Clock,
     /// The record is an average of several shots.
     Averages,
     /// A warning of the reader: overload, drift, noise, a truncated record.
@@ -162,15 +201,116 @@ pub(crate) struct Case<'a> {
     pub watch: Arc<Watch>,
 }
 
+/// What a search for causes found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Diagnosis {
+    /// Likely causes, most likely first.
+    pub findings: Vec<Finding>,
+    /// Whether the search was stopped: then it names none.
+    pub stopped: bool,
+    /// Runs that it made.
+    pub runs: usize,
+}
+
+/// Told what is looked for next.
+pub type Told<'a> = &'a dyn Fn(&str);
+
+/// A cause that is assumed.
+struct Suspect {
+    cause: Cause,
+    scene: Scene,
+    /// A further parameter.
+    further: Option<Parameter>,
+    /// What is compared instead of the record's features, and the factor on the record.
+    compared: Option<(Comparison, f64)>,
+    /// Finding and remedy for the fitted values.
+    describe: Box<dyn Fn(&[f64]) -> String + Send + Sync>,
+}
+
+impl Suspect {
+    fn new(cause: Cause, scene: Scene, describe: impl Fn(&[f64]) -> String + Send + Sync + 'static) -> Self {
+        Self { cause, scene, further: None, compared: None, describe: Box::new(describe) }
+    }
+
+    fn said(cause: Cause, scene: Scene, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self::new(cause, scene, move |_| text.clone())
+    }
+}
+
+/// A suspect with what makes its runs, and where a fit of its waveform begins.
+struct Raced {
+    suspect: Suspect,
+    forward: Forward,
+    /// Start and misfit; `None` where no waveform can be compared.
+    near: Option<(Start, f64)>,
+}
+
+impl Raced {
+    fn misfit(&self) -> f64 {
+        self.near.as_ref().map_or(f64::INFINITY, |(_, misfit)| *misfit)
+    }
+}
+
+/// p under an assumed cause, with the fitted values and the number of runs.
+struct Tried {
+    p: f64,
+    values: Vec<f64>,
+    runs: usize,
+}
+
 impl Case<'_> {
-    /// Up to three causes, most likely first; `warned` lists the reader's warnings.
-    pub(crate) fn diagnose(&self, warned: &[String]) -> Vec<Finding> {
-        let mut findings: Vec<Finding> = [self.sign(), self.scale()].into_iter().flatten().collect();
-        if !findings.iter().any(|finding| finding.p_value.is_some_and(|p| p >= EXPLAINED)) {
-            findings.extend(self.decades());
+    /// Up to three causes, most likely first; `warned` lists the reader's warnings, `told` hears what is looked for.
+    pub(crate) fn diagnose(&self, warned: &[String], told: Told) -> Diagnosis {
+        told("sign, factors and clock, from the runs of the fit");
+        let (mut findings, mut suspects) = (Vec::new(), Vec::new());
+        for (suspect, p) in [self.sign(), self.scale()].into_iter().flatten() {
+            if self.sees_waveform() { suspects.push(suspect) } else { findings.push(self.finding(&suspect, p, &[])) }
         }
-        findings.extend(self.averaged());
-        findings.extend(self.searched());
+        let mut runs = 0;
+        if let Some((finding, made)) = self.clock() {
+            findings.extend(finding);
+            runs += made;
+        }
+        suspects.extend(self.suspects());
+        told(&format!("{} other causes, by short runs", suspects.len()));
+        let mut raced: Vec<Raced> =
+            two_at_a_time(suspects, |suspect| self.raced(suspect)).into_iter().flatten().collect();
+        runs += raced.iter().filter(|raced| raced.near.is_some()).count() * waveform::QUICK_RUNS;
+        raced.sort_by(|a, b| a.misfit().total_cmp(&b.misfit()));
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        let mut rest = raced.into_iter().peekable();
+        while let Some(next) = rest.peek() {
+            let best = found.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+            let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit() > EXPLAINED.1 * misfit);
+            let pair: Vec<Raced> = if cannot || runs + 2 * DEAREST > BUDGET { Vec::new() } else { rest.by_ref().take(2).collect() };
+            if pair.is_empty() || !(self.watch)(0) {
+                break;
+            }
+            let named: Vec<String> = pair.iter().map(|raced| raced.suspect.cause.words().to_owned()).collect();
+            told(&named.join(" and "));
+            for (raced, tried) in two_at_a_time(pair, |raced| {
+                let tried = self.tried(&raced);
+                (raced, tried)
+            }) {
+                let Some(Tried { p, values, runs: made }) = tried else { continue };
+                runs += made;
+                found.push((p, raced.misfit()));
+                if self.worth(p) {
+                    add(&mut findings, self.finding(&raced.suspect, p, &values));
+                }
+            }
+        }
+        let explained = findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
+        if !explained && runs + SHOTS * 3 * RUNS / 2 <= BUDGET && (self.watch)(0) {
+            told("a mean of several shots");
+            let (finding, made) = self.averaged();
+            findings.extend(finding);
+            runs += made;
+        }
+        if !(self.watch)(0) {
+            return Diagnosis { findings: Vec::new(), stopped: true, runs };
+        }
         findings.sort_by(|a, b| b.p_value.unwrap_or(0.0).total_cmp(&a.p_value.unwrap_or(0.0)));
         let best = findings.first().and_then(|finding| finding.p_value).unwrap_or(0.0);
         for finding in findings.iter_mut().skip(1) {
@@ -182,41 +322,37 @@ impl Case<'_> {
         let mut all: Vec<Finding> = record.take(NAMED - usize::from(!findings.is_empty())).collect();
         findings.truncate(NAMED.max(1 + equivalent).saturating_sub(all.len()).clamp(1, EQUIVALENT));
         all.extend(findings);
-        all
+        Diagnosis { findings: all, stopped: false, runs }
     }
 
-    fn sign(&self) -> Option<Finding> {
+    fn finding(&self, suspect: &Suspect, p: f64, values: &[f64]) -> Finding {
+        let [with, without] = [p, self.fit.agreement.p].map(p_value);
+        let text = format!("{}: with it p is {with}, without {without}", (suspect.describe)(values));
+        Finding::new(suspect.cause, Some(p), text)
+    }
+
+    /// A record of the other sign, with p by the runs of the fit.
+    fn sign(&self) -> Option<(Suspect, f64)> {
         let Reduction::Fingerprint(fingerprint) = &self.comparison.reduction else { return None };
         let turned = fingerprint.measure(&self.trace?.map(|value| -value)).ok()?;
-        let p = self.judged(&self.fit.runs, &turned, 0.0)?.p;
+        let p = self.judged(&turned, 0.0)?.p;
         let [low, high] = self.comparison.clipped;
         let clipped = [high.map(|limit| -limit), low.map(|limit| -limit)];
         let comparison = Comparison { features: turned, clipped, ..self.comparison.clone() };
-        let p = if self.worth(p) { self.predicted(p, &comparison, -1.0)? } else { p };
-        let text = format!(
-            "the record's sign: with invert=true p is {}, as read {}; velocities are positive from piston to support",
-            p_value(p),
-            p_value(self.fit.agreement.p)
-        );
-        self.worth(p).then(|| Finding::new(Cause::Sign, Some(p), text))
+        let text = "the record's sign (invert=true); velocities are positive from piston to support";
+        let suspect = Suspect::said(Cause::Sign, self.scene.clone(), text);
+        self.worth(p).then_some((Suspect { compared: Some((comparison, -1.0)), ..suspect }, p))
     }
 
-    fn scale(&self) -> Option<Finding> {
-        let features = &self.comparison.features;
-        let judged = self.judged(&self.fit.runs, features, ANY_FACTOR)?;
-        let factor = judged.factor.filter(|factor| factor.ln().abs() > FACTOR)?;
-        let p = match self.comparison.scaled(1.0 / factor).filter(|_| self.worth(judged.p)) {
-            Some(comparison) => self.predicted(judged.p, &comparison, 1.0 / factor)?,
-            None => judged.p,
-        };
+    fn scale(&self) -> Option<(Suspect, f64)> {
+        let Judgement { p, factor } = self.judged(&self.comparison.features, ANY_FACTOR)?;
+        let factor = factor.filter(|factor| factor.ln().abs() > FACTOR && self.worth(p))?;
         let text = format!(
-            "a factor of {factor:.3} on all amplitudes (its peak is {}): with it p is {}, without {}; check the unit of the \
-             column and the sensitivity (--unit, --scale)",
-            self.peak(),
-            p_value(p),
-            p_value(self.fit.agreement.p)
+            "a factor of {factor:.3} on all amplitudes (the peak is {}); check the unit of the column and the sensitivity (--unit, --scale)",
+            self.peak()
         );
-        self.worth(p).then(|| Finding::new(Cause::Scale, Some(p), text))
+        let compared = self.comparison.scaled(1.0 / factor).map(|comparison| (comparison, 1.0 / factor));
+        Some((Suspect { compared, ..Suspect::said(Cause::Scale, self.scene.clone(), text) }, p))
     }
 
     /// The record's peak with its unit.
@@ -226,70 +362,69 @@ impl Case<'_> {
         engineering(peak, comparison.unit(0), 3)
     }
 
-    /// A power of ten in all amplitudes, which is too far for the existing runs, so each is searched.
-    fn decades(&self) -> Option<Finding> {
-        let tried = two_at_a_time(DECADES.to_vec(), |factor| {
-            // A record ten times too large is compared as a tenth of it.
-            let comparison = self.comparison.scaled(1.0 / factor)?;
-            let (p, _) = self.search(self.scene, None, &comparison, 1.0 / factor)?;
-            self.worth(p).then_some((p, factor))
-        });
-        let (p, factor) = tried.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let text = format!(
-            "amplitudes {factor} times as large as they should be (the peak is {}): without that factor p is {}, as read {}; check the \
-             unit of the column and the sensitivity (--unit, --scale)",
-            self.peak(),
-            p_value(p),
-            p_value(self.fit.agreement.p)
-        );
-        Some(Finding::new(Cause::Scale, Some(p), text))
-    }
-
-    /// An average of several shots, which weakens and smooths whatever differs from shot to shot.
-    fn averaged(&self) -> Option<Finding> {
-        if self.comparison.averages > 1 || self.trace.is_none() {
+    /// Another clock of the record, where what the fit leaves of its waveform looks like it, and the runs about the same answer that make sure.
+    fn clock(&self) -> Option<(Option<Finding>, usize)> {
+        let fit = self.fit.waveform.as_ref().filter(|_| self.sees_waveform())?;
+        let seen = fit.residuals.first()?.clock;
+        let is_one = seen.share > CLOCK_SHARE
+            && (CLOCKS.0..CLOCKS.1).contains(&seen.late.abs())
+            && seen.late.abs() > CLOCK_SEEN * seen.deviation;
+        if !is_one {
             return None;
         }
-        let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
-        let (p, _) = self.search(self.scene, None, &comparison, 1.0)?;
+        let forward = self.forward(self.scene, self.parameters.to_vec(), self.comparison.clone())?;
+        let trace = on_other_clock(self.trace?, seen.late);
+        let compared = Compared { clock: CLOCK_LEFT, ..self.compared(&forward, &trace) };
+        let of = |estimate: &super::estimate::Estimate| 0.5 * (estimate.high / estimate.low).ln() / QUANTILE;
+        let deviations: Vec<f64> = self.fit.estimates.iter().map(of).collect();
+        let found = waveform::hurried(compared, Err((&self.fit.most_likely, &deviations)), self.seed);
+        let Some(found) = found else { return Some((None, waveform::PLACED_RUNS)) };
+        let p = found.with_amplitudes(self.judged(&self.comparison.features, 0.0)?.p);
+        let late = seen.late + found.residuals.first().map_or(0.0, |residual| residual.clock.late);
         let text = format!(
-            "a mean of several shots (averages=N): with means of {SHOTS} p is {}, without {}",
-            p_value(p),
-            p_value(self.fit.agreement.p)
+            "the clock of the vibrometer, {:.3} % {} against the horn's (check the sample rates and time columns of both files)",
+            100.0 * late.abs(),
+            if late > 0.0 { "slow" } else { "fast" }
         );
-        self.worth(p).then(|| Finding::new(Cause::Averages, Some(p), text))
+        let suspect = Suspect::said(Cause::Clock, self.scene.clone(), text);
+        let finding = self.worth(p).then(|| self.finding(&suspect, p, &[]));
+        Some((finding, waveform::PLACED_RUNS + found.runs as usize))
     }
 
-    /// Causes that need their own runs.
-    fn searched(&self) -> Vec<Finding> {
-        let searched = two_at_a_time(self.suspects(), |(cause, scene, parameter, describe)| {
-            let (p, values) = self.search(&scene, parameter, self.comparison, 1.0)?;
-            self.worth(p).then_some((cause, p, values, describe))
-        });
-        let mut found: Vec<Finding> = Vec::new();
-        for (cause, p, values, describe) in searched.into_iter().flatten() {
+    /// Powers of ten in all amplitudes, which are too far for the runs of the fit.
+    fn decades(&self) -> Vec<Suspect> {
+        let of = |factor: f64| {
+            // A record ten times too large is compared as a tenth of it.
+            let comparison = self.comparison.scaled(1.0 / factor)?;
             let text = format!(
-                "{}: with it p is {}, without {}",
-                describe(&values),
-                p_value(p),
-                p_value(self.fit.agreement.p)
+                "amplitudes {factor} times as large as they should be (the peak is {}); check the unit of the column and the sensitivity \
+                 (--unit, --scale)",
+                self.peak()
             );
-            let finding = Finding::new(cause, Some(p), text);
-            match found.iter_mut().find(|known| known.cause == cause) {
-                Some(known) if known.p_value < finding.p_value => *known = finding,
-                Some(_) => {}
-                None => found.push(finding),
-            }
+            let suspect = Suspect::said(Cause::Scale, self.scene.clone(), text);
+            Some(Suspect { compared: Some((comparison, 1.0 / factor)), ..suspect })
+        };
+        DECADES.into_iter().filter_map(of).collect()
+    }
+
+    /// An average of several shots, which weakens and smooths whatever differs from shot to shot; nothing where that is little.
+    fn averaged(&self) -> (Option<Finding>, usize) {
+        let steady = self.fit.waveform.as_ref().is_some_and(|waveform| waveform.cycles > STEADY);
+        if self.comparison.averages > 1 || self.trace.is_none() || steady {
+            return (None, 0);
         }
-        found
+        let text = format!("a mean of several shots (averages=N), here of {SHOTS}");
+        let suspect = Suspect::said(Cause::Averages, self.scene.clone(), text);
+        let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
+        let forward = self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
+        let found = forward.and_then(|forward| self.by_features(&forward)).filter(|found| self.worth(found.p));
+        (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * 3 * RUNS / 2)
     }
 
     /// Scene, further parameter and text of each cause.
     fn suspects(&self) -> Vec<Suspect> {
-        let mut suspects = self.other_beads();
-        suspects.extend(self.other_ends());
-        suspects.extend(self.other_constants());
-        suspects
+        let all = [self.other_beads(), self.other_ends(), self.other_constants(), self.other_laws(), self.decades()];
+        all.into_iter().flatten().collect()
     }
 
     /// Another number of beads, or beads of another size or material.
@@ -306,18 +441,17 @@ impl Case<'_> {
             scene.chain.beads.resize(count, bead);
             scene.chain.gaps.resize(count + 1, gap);
             let text = format!("{count} beads instead of {beads} (chain.beads={count})");
-            suspects.push((Cause::Beads, scene, None, Box::new(move |_| text.clone())));
+            suspects.push(Suspect::said(Cause::Beads, scene, text));
         }
         for factor in [1.0 - RADIUS, 1.0 + RADIUS] {
             let mut scene = own.clone();
             scene.chain.beads.iter_mut().for_each(|bead| bead.radius *= factor);
             let text = format!("beads of a radius of about {:.3} mm (chain.radius)", scene.chain.beads[0].radius * 1e3);
-            suspects.push((Cause::Radius, scene, None, Box::new(move |_| text.clone())));
+            suspects.push(Suspect::said(Cause::Radius, scene, text));
         }
         let first = own.chain.beads[0].material.clone();
         for (name, material) in materials() {
-            let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
-            if alike(first.youngs_modulus, material.youngs_modulus) && alike(first.density, material.density) {
+            if is_alike(&first, &material) {
                 continue;
             }
             let mut scene = own.clone();
@@ -328,7 +462,7 @@ impl Case<'_> {
                 "beads of {name} instead of {} (materials.{}.youngs_modulus, .poissons_ratio, .density)",
                 first.name, first.name
             );
-            suspects.push((Cause::Material, scene, None, Box::new(move |_| text.clone())));
+            suspects.push(Suspect::said(Cause::Material, scene, text));
         }
         let describe = move |values: &[f64]| {
             let factor = values.last().copied().unwrap_or(f64::NAN);
@@ -341,7 +475,8 @@ impl Case<'_> {
                 first.density / factor
             )
         };
-        suspects.push((Cause::Modulus, own.clone(), Parameter::modulus(own), Box::new(describe)));
+        let suspect = Suspect::new(Cause::Modulus, own.clone(), describe);
+        suspects.push(Suspect { further: Parameter::modulus(own), ..suspect });
         suspects
     }
 
@@ -349,10 +484,10 @@ impl Case<'_> {
     fn other_ends(&self) -> Vec<Suspect> {
         let own = self.scene;
         let mut suspects: Vec<Suspect> = Vec::new();
-        let mut suspect = |cause: Cause, text: &'static str, change: &dyn Fn(&mut Scene)| {
+        let mut suspect = |cause: Cause, text: &str, change: &dyn Fn(&mut Scene)| {
             let mut scene = own.clone();
             change(&mut scene);
-            suspects.push((cause, scene, None, Box::new(move |_| text.to_owned())));
+            suspects.push(Suspect::said(cause, scene, text));
         };
         if let DriveKind::Record { .. } = own.drive.kind {
             let text = "the horn's sign: its record with --drive-read invert=true; displacements are positive from piston to support";
@@ -362,17 +497,25 @@ impl Case<'_> {
                 }
             });
         }
-        match own.piston {
-            FlatContact::Rigid => {
-                suspect(Cause::Ends, "an elastic face of the piston (piston.contact=half-space)", &|scene| {
-                    scene.piston = FlatContact::HalfSpace;
-                });
+        let bead = &own.chain.beads[0].material;
+        let face = |face: Option<Material>| {
+            move |scene: &mut Scene| (scene.piston, scene.piston_material) = (FlatContact::HalfSpace, face.clone())
+        };
+        if own.piston != FlatContact::Rigid {
+            suspect(Cause::Ends, "a rigid face of the piston (piston.contact=rigid)", &|scene| {
+                (scene.piston, scene.piston_material) = (FlatContact::Rigid, None);
+            });
+        }
+        if own.piston_face() != Some(bead) {
+            let text = "a face of the piston of the beads' material (piston.contact=half-space)";
+            suspect(Cause::Ends, text, &face(None));
+        }
+        for material in faces() {
+            if is_alike(bead, &material) || own.piston_face().is_some_and(|known| is_alike(known, &material)) {
+                continue;
             }
-            FlatContact::HalfSpace => {
-                suspect(Cause::Ends, "a rigid face of the piston (piston.contact=rigid)", &|scene| {
-                    scene.piston = FlatContact::Rigid;
-                });
-            }
+            let text = format!("a horn's face of {0} (piston.contact=half-space, piston.material={0})", material.name);
+            suspect(Cause::HornFace, &text, &face(Some(material)));
         }
         if own.support != Support::Flat(FlatContact::Rigid) {
             suspect(Cause::Support, "a rigid wall as the support (support.kind=rigid)", &|scene| {
@@ -391,7 +534,8 @@ impl Case<'_> {
                 Cause::Ends,
                 "half-spaces at both ends (piston.contact=half-space, support.kind=half-space)",
                 &|scene| {
-                    (scene.piston, scene.support) = (FlatContact::HalfSpace, Support::Flat(FlatContact::HalfSpace));
+                    (scene.piston, scene.piston_material) = (FlatContact::HalfSpace, None);
+                    scene.support = Support::Flat(FlatContact::HalfSpace);
                 },
             );
         }
@@ -403,7 +547,7 @@ impl Case<'_> {
         suspects
     }
 
-    /// Another stiffness of the support, a gap, the other damping law.
+    /// Another stiffness of the support, a gap, friction in the guide.
     fn other_constants(&self) -> Vec<Suspect> {
         let own = self.scene;
         let mut suspects: Vec<Suspect> = Vec::new();
@@ -419,93 +563,149 @@ impl Case<'_> {
                 let value = values.last().copied().unwrap_or(f64::NAN);
                 match cause {
                     Cause::Gap => {
-                        format!("a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)", value * 1e9)
+                        format!(
+                            "a gap or roughness: as with a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)",
+                            value * 1e9
+                        )
                     }
                     _ => format!(
                         "a support of {value:.2} {unit} instead of what the scene has (--fit alpha,damping,support_stiffness)"
                     ),
                 }
             };
-            suspects.push((cause, own.clone(), Some(parameter), Box::new(describe)));
+            suspects.push(Suspect { further: Some(parameter), ..Suspect::new(cause, own.clone(), describe) });
         }
-        let other = match own.damping.kind {
-            DampingKind::Linear => Some(DampingKind::KuwabaraKono),
-            DampingKind::KuwabaraKono => Some(DampingKind::Linear),
-            _ => None,
-        };
-        if let Some(kind) = other {
-            suspects.push((
-                Cause::DampingLaw,
-                with_law(own, kind),
-                None,
-                Box::new(move |_| format!("the damping law `{0}` (--damping {0})", kind.name())),
-            ));
-        }
+        suspects.extend(self.friction());
         suspects
     }
 
-    /// Combined p of amplitudes and waveform if the waveform decided the fit on the chain: twice the smaller. The
-    /// record is multiplied by `factor`.
-    fn predicted(&self, p: f64, comparison: &Comparison, factor: f64) -> Option<f64> {
-        if self.sees_waveform() { Some(self.search(self.scene, None, comparison, factor)?.0) } else { Some(p) }
+    /// Friction in the bead guide, by the regularised law, which runs go side by side with.
+    fn friction(&self) -> Option<Suspect> {
+        let mut scene = self.scene.clone();
+        let holder = scene.holder.get_or_insert_with(Holder::default);
+        if holder.has_friction() || holder.clearance > 0.0 {
+            return None;
+        }
+        holder.slip_velocity = DEFAULT_SLIP_VELOCITY;
+        let weight = GRAVITY * scene.chain.beads.first().map_or(0.0, Bead::mass);
+        let fitted = Parameter::named("friction", &scene).ok()?.pop()?;
+        let describe = |values: &[f64]| {
+            format!(
+                "friction of about {} on every bead in its guide (--fit alpha,damping,friction)",
+                engineering(values.last().copied().unwrap_or(f64::NAN), "N", 2)
+            )
+        };
+        let suspect = Suspect::new(Cause::Friction, scene, describe);
+        Some(Suspect { further: Some(fitted.between(FRICTION.0 * weight, FRICTION.1 * weight)), ..suspect })
     }
 
-    /// Whether the waveform decided, and what the model that answers changes of the chain is known.
+    /// Every other damping law.
+    fn other_laws(&self) -> Vec<Suspect> {
+        let own = self.scene;
+        let laws = [DampingKind::Linear, DampingKind::KuwabaraKono, DampingKind::LinearAndKuwabaraKono];
+        let other = |kind: DampingKind| {
+            let text = format!("the damping law `{0}` (--damping {0})", kind.name());
+            Suspect::said(Cause::DampingLaw, with_law(own, kind), text)
+        };
+        laws.into_iter().filter(|kind| *kind != own.damping.kind).map(other).collect()
+    }
+
+    /// Whether a waveform was compared, and what the model that answers changes of the chain is known.
     fn sees_waveform(&self) -> bool {
-        let known = |waveform: &&WaveformFit| self.fit.below.is_none() || waveform.difference.is_some();
-        self.fit.waveform.as_ref().filter(known).is_some_and(WaveformFit::decides)
+        let known = |waveform: &WaveformFit| self.fit.below.is_none() || waveform.difference.is_some();
+        self.fit.waveform.as_ref().is_some_and(known)
     }
 
-    /// Fits another scene on the chain, with an optional further parameter, to the record times `factor`; `None` if
-    /// stopped.
-    fn search(
-        &self,
-        scene: &Scene,
-        further: Option<Parameter>,
-        comparison: &Comparison,
-        factor: f64,
-    ) -> Option<(f64, Vec<f64>)> {
+    /// Runs of a scene on the chain; `None` where it cannot be run, or the search was stopped.
+    fn forward(&self, scene: &Scene, parameters: Vec<Parameter>, comparison: Comparison) -> Option<Forward> {
         if !(self.watch)(0) {
             return None;
         }
-        let named = self.parameters.iter().map(|parameter| Parameter::named(&parameter.name, scene).ok());
-        let mut parameters: Vec<Parameter> = named.collect::<Option<Vec<_>>>()?.concat();
-        let runs = if further.is_some() { 2 * RUNS } else { RUNS };
-        parameters.extend(further);
         let own = self.scene;
+        let ends = |of: &Scene| (of.piston, of.piston_material.clone(), of.support.clone());
         let laws = match self.laws {
             _ if !scene.has_fitted_laws() => None,
             // Other beads and other ends are other bodies.
-            Some(laws)
-                if scene.chain.beads == own.chain.beads
-                    && (scene.piston, &scene.support) == (own.piston, &own.support) =>
-            {
-                Some(laws.clone())
-            }
+            Some(laws) if scene.chain.beads == own.chain.beads && ends(scene) == ends(own) => Some(laws.clone()),
             _ => model::prepare(scene).ok()?.contact_laws().cloned(),
         };
-        let (watch, comparison) = (Arc::clone(&self.watch), comparison.clone());
-        let forward =
-            Forward::new(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch).ok()?;
-        let Standing { p, values, elite } = standing(&forward, Search::new(&forward, runs, self.seed)).ok()?;
-        if !self.sees_waveform() || !self.worth(p) {
-            return Some((p, values));
-        }
-        let trace = self.trace?.map(|value| factor * value);
+        let watch = Arc::clone(&self.watch);
+        Forward::new(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch).ok()
+    }
+
+    /// The record's waveform `trace` against these runs.
+    fn compared<'a>(&self, forward: &'a Forward, trace: &'a Series) -> Compared<'a> {
         let above = self.fit.waveform.as_ref().and_then(|waveform| waveform.difference.as_ref());
         let difference = above.map(|difference| Arc::new(difference.altered()));
-        let compared = Compared { forward: &forward, noise: self.noise.clone(), trace: &trace, difference };
-        match waveform::fit(vec![compared], &elite, self.seed, Purpose::Cause) {
-            // What the waveform cannot be fitted with is no cause.
-            None => None,
-            // Nor what leaves more of a short window than runs do.
-            Some(found) if !found.decides() => Some((found.with_amplitudes(p), values)),
-            Some(found) => {
-                let parameters = forward.parameters.iter().zip(&found.at);
-                let values = parameters.map(|(parameter, u)| parameter.value(*u)).collect();
-                Some((found.with_amplitudes(p), values))
-            }
+        Compared { forward, noise: self.noise.clone(), trace, difference, clock: CLOCK }
+    }
+
+    /// The parameters of the fit in another scene; any damping is that of its law.
+    fn parameters(&self, scene: &Scene) -> Option<Vec<Parameter>> {
+        let mut names: Vec<&str> = Vec::new();
+        for parameter in self.parameters {
+            let damping = matches!(parameter.target, Target::Damping(_) | Target::DampingBeside(_));
+            let of_law = damping && scene.damping.kind != self.scene.damping.kind;
+            let name = if of_law { "damping" } else { parameter.name.as_str() };
+            names.extend(Some(name).filter(|name| !names.contains(name)));
         }
+        if self.scene.damping.kind == DampingKind::None && scene.damping.kind != DampingKind::None {
+            names.push("damping");
+        }
+        names.into_iter().map(|name| Parameter::named(name, scene).ok()).collect::<Option<Vec<_>>>().map(|all| all.concat())
+    }
+
+    /// Points of the fit, the best first, in the coordinates of other parameters.
+    fn known(&self, parameters: &[Parameter]) -> Vec<Vec<f64>> {
+        let training = self.training(&self.comparison.features);
+        let best = ranking(&training).into_iter().map(|(_, run)| training.position(run).to_vec());
+        let place = |u: &[f64], wanted: &Parameter| {
+            let (own, u) = self.parameters.iter().zip(u).find(|(own, _)| own.name == wanted.name)?;
+            Some(if own.unit == wanted.unit { wanted.coordinate(own.value(*u)).clamp(0.0, 1.0) } else { *u })
+        };
+        let point = |u: Vec<f64>| parameters.iter().map(|wanted| place(&u, wanted).unwrap_or(0.5)).collect();
+        std::iter::once(self.fit.most_likely.clone()).chain(best).map(point).collect()
+    }
+
+    /// A suspect after a search with a few short runs.
+    fn raced(&self, suspect: Suspect) -> Option<Raced> {
+        let mut parameters = self.parameters(&suspect.scene)?;
+        parameters.extend(suspect.further.clone());
+        let (comparison, factor) = suspect.compared.as_ref().map_or((self.comparison, 1.0), |(it, by)| (it, *by));
+        let forward = self.forward(&suspect.scene, parameters, comparison.clone())?;
+        let near = self.trace.and_then(|trace| {
+            let trace = trace.map(|value| factor * value);
+            waveform::quick(self.compared(&forward, &trace), &self.known(&forward.parameters), self.seed)
+        });
+        Some(Raced { suspect, forward, near })
+    }
+
+    /// Answer of the features by a search of its own.
+    fn by_features(&self, forward: &Forward) -> Option<Standing> {
+        standing(forward, Search::new(forward, features_runs(forward), self.seed)).ok()
+    }
+
+    /// p of a suspect by its features, and by its waveform where the fit saw one; `None` if stopped.
+    fn tried(&self, raced: &Raced) -> Option<Tried> {
+        let forward = &raced.forward;
+        let Standing { p, values } = self.by_features(forward)?;
+        let runs = features_runs(forward);
+        let (Some((start, _)), Some(trace)) = (&raced.near, self.trace.filter(|_| self.sees_waveform())) else {
+            return Some(Tried { p, values, runs });
+        };
+        if !self.worth(p) {
+            return Some(Tried { p, values, runs });
+        }
+        let factor = raced.suspect.compared.as_ref().map_or(1.0, |(_, factor)| *factor);
+        let trace = trace.map(|value| factor * value);
+        // What the waveform cannot be fitted with is no cause.
+        let Some(found) = waveform::hurried(self.compared(forward, &trace), Ok(start.clone()), self.seed) else {
+            return Some(Tried { p: 0.0, values, runs: runs + waveform::HURRIED_RUNS });
+        };
+        let at = forward.parameters.iter().zip(&found.at).map(|(parameter, u)| parameter.value(*u)).collect();
+        // Nor what leaves more of a short window than runs do.
+        let values = if found.decides() { at } else { values };
+        Some(Tried { p: found.with_amplitudes(p), values, runs: runs + found.runs as usize })
     }
 
     /// Whether p is high enough for the cause to be named.
@@ -513,33 +713,79 @@ impl Case<'_> {
         p >= LEAST && (p >= DOUBTFUL || p > BETTER * self.fit.agreement.p) && p > 2.0 * self.fit.agreement.p
     }
 
-    /// p-value of a record with these features, with a free factor on all amplitudes (`factor`: standard deviation in
-    /// ln).
-    fn judged(&self, runs: &[Run], features: &[f64], factor: f64) -> Option<Judgement> {
-        let dimension = self.parameters.len();
-        let comparison = self.comparison;
-        let finished = runs.iter().filter_map(|run| Some((run.position.as_slice(), run.features()?)));
-        let training = || {
-            TrainingRuns::new(
-                finished.clone(),
-                features,
-                &comparison.nuggets,
-                &comparison.weights,
-                neighbours(dimension),
-            )
+    /// The runs of the fit, for a record with these features.
+    fn training(&self, features: &[f64]) -> TrainingRuns {
+        let (dimension, comparison) = (self.parameters.len(), self.comparison);
+        let finished = self.fit.runs.iter().filter_map(|run| Some((run.position.as_slice(), run.features()?)));
+        TrainingRuns::new(finished, features, &comparison.nuggets, &comparison.weights, neighbours(dimension))
             .tempered(comparison.power)
-        };
-        let scaled = training().scaled(factor.max(comparison.sensitivity), comparison.answers());
-        let posterior = Posterior::of(&scaled, dimension)?;
+    }
+
+    /// p-value of a record with these features by the runs of the fit, with a free factor on all amplitudes (`factor`: standard deviation in ln).
+    fn judged(&self, features: &[f64], factor: f64) -> Option<Judgement> {
+        let comparison = self.comparison;
+        let scaled =
+            self.training(features).scaled(factor.max(comparison.sensitivity), comparison.answers());
+        let posterior = Posterior::of(&scaled, self.parameters.len())?;
         let at = posterior.centre(posterior.densest());
         let p = Agreement::of(&scaled, &at, self.seed)?.p;
-        let factor = training().regress(&at).and_then(|local| local.factor(&comparison.answers()));
+        let factor = self.training(features).regress(&at).and_then(|local| local.factor(&comparison.answers()));
         Some(Judgement { p, factor })
     }
 }
 
-/// Cause, scene, further parameter and text of the finding.
-type Suspect = (Cause, Scene, Option<Parameter>, Box<dyn Fn(&[f64]) -> String + Send>);
+impl Cause {
+    /// What it is, in a word or two.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Sign => "the record's sign",
+            Self::HornSign => "the horn's sign",
+            Self::Scale => "a factor on all amplitudes",
+            Self::Beads => "the number of beads",
+            Self::Radius => "the radius of the beads",
+            Self::Modulus => "the modulus of the beads",
+            Self::Material => "the material of the beads",
+            Self::Ends => "the faces",
+            Self::HornFace => "the horn's face",
+            Self::Support => "the support",
+            Self::Plate => "a plate",
+            Self::Velocity => "the striker's velocity",
+            Self::ContactLoss => "losses in the contacts",
+            Self::Gap => "a gap or roughness",
+            Self::Friction => "friction in the guide",
+            Self::DampingLaw => "the damping law",
+            Self::Clock => "the clock",
+            Self::Averages => "a mean of several shots",
+            Self::Record => "the record",
+        }
+    }
+}
+
+/// Adds a finding, or takes it in place of a worse one of the same cause.
+fn add(findings: &mut Vec<Finding>, finding: Finding) {
+    match findings.iter_mut().find(|known| known.cause == finding.cause) {
+        Some(known) if known.p_value < finding.p_value => *known = finding,
+        Some(_) => {}
+        None => findings.push(finding),
+    }
+}
+
+/// Runs of a search by features.
+fn features_runs(forward: &Forward) -> usize {
+    if forward.parameters.len() > 2 { 3 * RUNS / 2 } else { RUNS }
+}
+
+fn is_alike(first: &Material, second: &Material) -> bool {
+    let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
+    alike(first.youngs_modulus, second.youngs_modulus) && alike(first.density, second.density)
+}
+
+/// A record whose clock takes 1 + `late` for a second, as a right one would show it; its beginning stays.
+fn on_other_clock(trace: &Series, late: f64) -> Series {
+    let spline = Spline::new(trace, Ends::Natural);
+    let at = |index: usize| spline.at(trace.start + (trace.time(index) - trace.start) / (1.0 + late)).0;
+    Series::new(trace.start, trace.step, (0..trace.len()).map(at).collect())
+}
 
 /// Results of searches in their order. One search alone leaves a second thread idle between its runs; many at a time would take memory.
 fn two_at_a_time<T: Send, R: Send>(searches: Vec<T>, search: impl Fn(T) -> R + Send + Sync) -> Vec<R> {

@@ -13,7 +13,7 @@ use super::{
     agreement::DOUBTFUL,
     candidate::Candidate,
     correction::{LevelDifference, most_pairs},
-    diagnosis::{Case, Finding},
+    diagnosis::{Case, Diagnosis, Told},
     drive::{Input, RecordedDrive},
     fidelity::{Bodies, FidelityLevel, chain_below},
     fingerprints,
@@ -271,14 +271,19 @@ impl Fitted {
         &self.made[of_best.unwrap_or(0)]
     }
 
+    /// Whether causes are to be looked for: the best candidate does not explain the first record.
+    pub fn is_in_doubt(&self) -> bool {
+        let fit = &self.best().fit;
+        fit.verdict != Verdict::WithinScatter
+            && (fit.verdict != Verdict::NotConverged || fit.agreement.p < DOUBTFUL)
+    }
+
     /// Up to three likely causes if the best candidate does not explain the first record, most likely first. Makes
-    /// further searches on the chain, reported to `watch`.
-    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>) -> Vec<Finding> {
+    /// further searches on the chain; `told` hears what is looked for, `watch` can stop it.
+    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>, told: Told) -> Diagnosis {
         let (best, recorded_run) = (self.best(), problem.lead());
-        if best.fit.verdict == Verdict::WithinScatter
-            || best.fit.verdict == Verdict::NotConverged && best.fit.agreement.p >= DOUBTFUL
-        {
-            return vec![];
+        if !self.is_in_doubt() {
+            return Diagnosis::default();
         }
         let case = Case {
             scene: &chain_below(best.candidate.scene()),
@@ -292,7 +297,7 @@ impl Fitted {
             fit: &best.fit,
             watch,
         };
-        case.diagnose(&problem.warnings())
+        case.diagnose(&problem.warnings(), told)
     }
 
     /// The law that the record prefers, or `undecided`; `None` if only one was fitted.

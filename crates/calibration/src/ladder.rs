@@ -279,7 +279,7 @@ impl Problem {
 /// The waveform of a record with what makes its runs; `None` where it has none.
 fn compared<'a>(recorded_run: &'a RecordedRun, forward: &'a Forward) -> Option<Compared<'a>> {
     let noise = recorded_run.bench.drive.as_ref().and_then(RecordedDrive::noise);
-    Some(Compared { forward, noise, trace: recorded_run.measured.trace()?, difference: None })
+    Some(Compared { forward, noise, trace: recorded_run.measured.trace()?, difference: None, clock: waveform::CLOCK })
 }
 
 /// A fit on the chain combined with the waveforms of its records, if all have one.

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     response::{Preparation, Response},
     scene::{
-        Bead, ContactLaw, FlatContact, Integrator, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support,
+        Bead, ContactLaw, FlatContact, Integrator, Material, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support,
         WaterSettings,
     },
 };
@@ -217,7 +217,7 @@ struct Bodies {
     kind: ModelKind,
     contact_law: ContactLaw,
     beads: Vec<Bead>,
-    piston: FlatContact,
+    piston: (FlatContact, Option<Material>),
     support: Support,
     water: Option<WaterSettings>,
     /// The clock of a disc, s.
@@ -237,7 +237,7 @@ impl Bodies {
             kind: scene.model.kind,
             contact_law: scene.contact_law,
             beads: scene.with_striker().chain.beads.clone(),
-            piston: scene.piston,
+            piston: (scene.piston, scene.piston_material.clone()),
             water: scene.water.clone(),
             clock: match scene.model.integrator {
                 Integrator::Symplectic { step } if support.disc().is_some() => Some(step),

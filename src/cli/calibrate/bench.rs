@@ -43,7 +43,11 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
         value,
         origin: origin(keys, parameters),
     };
-    let piston = if scene.piston == FlatContact::Rigid { "rigid flat" } else { "half-space of the bead's material" };
+    let piston = match (scene.piston, &scene.piston_material) {
+        (FlatContact::Rigid, _) => "rigid flat".to_owned(),
+        (FlatContact::HalfSpace, None) => "half-space of the bead's material".to_owned(),
+        (FlatContact::HalfSpace, Some(face)) => format!("half-space of {}", material(face)),
+    };
     let law = match scene.contact_law {
         _ if scene.model.kind.is_meshed() => "computed on the meshed bodies",
         ContactLaw::Hertz => "Hertz",
@@ -53,7 +57,7 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
     let mut rows = vec![
         row("beads", beads(scene), &["chain.beads", "chain.radius", "chain.override", "chain.mesh"], &[]),
         row("bead material", material(&scene.chain.beads[0].material), &["chain.material", "materials"], &[]),
-        row("piston's face", piston.into(), &["piston.contact"], &[]),
+        row("piston's face", piston, &["piston"], &[]),
         row("support", support(scene), &["support", "disc", "water"], &["support_stiffness"]),
         row("gaps", gaps(scene), &["chain.gaps"], &["gap"]),
         row("static force", force, &["chain.precompression"], &["precompression"]),

@@ -109,14 +109,27 @@ impl Files {
         let stopping = stop.clone();
         let watch = Arc::new(move |_| !stopping.stop());
         // The accurate run has one thread alone: the sweep takes what that leaves.
-        let (predicted, alpha_sweep) = rayon::join(
-            || Predictions::of(problem, fitted, session.cache(), watch),
+        let (mut predicted, alpha_sweep) = rayon::join(
+            || Predictions::of(problem, fitted, session.cache(), watch.clone()),
             || AlphaSweep::of(&fitted.best().scene(0), problem.quantity, problem.seed, stop),
         );
         stop.check()?;
         timing.stage("confirm");
+        if fitted.is_in_doubt() {
+            session.note(page::verdict(fitted));
+            predicted.diagnosis =
+                fitted.diagnose(problem, watch, &|text| session.note(format_args!("  looking for causes: {text}")));
+            timing.stage("causes");
+            if predicted.diagnosis.stopped && !interrupt::taken_back() {
+                stop.check()?;
+            }
+        }
         let mut outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
-        let coverage = coverage(job, fitted, session, (timing, stop), &mut outcome)?;
+        let coverage = if predicted.diagnosis.stopped {
+            vec![]
+        } else {
+            coverage(job, fitted, session, (timing, stop), &mut outcome)?
+        };
         let report = CalibrationReport { coverage, ..page::report(job, fitted, (&predicted, &alpha_sweep), &outcome) };
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);

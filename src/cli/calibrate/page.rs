@@ -348,6 +348,16 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     Ok(Outcome::Done)
 }
 
+/// The verdict before causes are looked for.
+pub fn verdict(fitted: &Fitted) -> String {
+    let fit = &fitted.best().fit;
+    format!(
+        "{} (p = {}): looking for causes; Ctrl-C ends that and keeps the result",
+        fit.verdict,
+        significant(fit.agreement.p, 2)
+    )
+}
+
 /// Summary on the terminal at the end.
 pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> String {
     let mut text = String::new();

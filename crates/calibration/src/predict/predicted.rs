@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     Fitted, FittedCandidate, Problem,
-    diagnosis::Finding,
+    diagnosis::Diagnosis,
     fidelity::reduced_below,
     forward::{Forward, Watch},
     measured::Measured,
@@ -54,12 +54,12 @@ pub struct Predictions {
     pub predictions: Vec<Option<PredictiveRun>>,
     pub failures: Vec<String>,
     /// Likely causes if the fit does not explain the first record, most likely first.
-    pub diagnosis: Vec<Finding>,
+    pub diagnosis: Diagnosis,
 }
 
 impl Predictions {
-    /// Runs the best candidate's answer, with bodies from `cache` if present; `watch` receives the progress of a
-    /// diagnosis and can stop all.
+    /// Runs the best candidate's answer, with bodies from `cache` if present; `watch` can stop it. Causes are looked for apart
+    /// ([`Fitted::diagnose`]).
     pub fn of(problem: &Problem, fitted: &Fitted, cache: Option<Cache>, watch: Arc<Watch>) -> Self {
         let best: &FittedCandidate = fitted.best();
         let fidelities = &fitted.best_made().fidelities;
@@ -94,7 +94,7 @@ impl Predictions {
         let predicted: Vec<Result<PredictiveRun, String>> = recorded_runs.map(predict).collect();
         let failures = predicted.iter().filter_map(|it| it.as_ref().err().cloned()).collect();
         let predictions = predicted.into_iter().map(Result::ok).collect();
-        Self { predictions, failures, diagnosis: fitted.diagnose(problem, watch) }
+        Self { predictions, failures, diagnosis: Diagnosis::default() }
     }
 
     pub fn outcome(&self, problem: &Problem, fitted: &Fitted) -> CalibrationOutcome {
@@ -106,7 +106,12 @@ impl Predictions {
         }
         outcome.best.features = features.next().unwrap_or_default();
         outcome.statements.extend(self.failures.iter().cloned());
-        outcome.diagnosis.clone_from(&self.diagnosis);
+        outcome.diagnosis.clone_from(&self.diagnosis.findings);
+        if self.diagnosis.stopped {
+            outcome.statements.push(
+                "The causes were not searched to the end: the search was stopped, and none is named. The same command finds them.".into(),
+            );
+        }
         outcome.best.fidelities = fitted.best().fidelities(problem);
         outcome.laws[0].fidelities.clone_from(&outcome.best.fidelities);
         outcome

@@ -10,7 +10,7 @@ use super::record::RecordTrace;
 const SHIFT: f64 = 4e-6;
 
 /// Standard deviation of the ratio of two clocks.
-const CLOCK: f64 = 1e-4;
+pub(crate) const CLOCK: f64 = 1e-4;
 
 /// Standard deviation of the corner of an instrument's AC coupling, Hz.
 const COUPLING: f64 = 700.0;
@@ -27,6 +27,8 @@ pub(super) const CROSSTALK: f64 = 0.01;
 #[derive(Debug, Clone)]
 pub(super) struct Nuisances {
     pub shift: f64,
+    /// Of the ratio of the two clocks.
+    pub clock: f64,
     /// Of ln of the sensitivity.
     pub sensitivity: f64,
     /// Motion of the horn over its peak, in phase and in quadrature, at the samples of a run.
@@ -37,13 +39,22 @@ pub(super) struct Nuisances {
 impl Nuisances {
     /// For a record of that sensitivity under that motion of the horn, at the samples of a run.
     pub(crate) fn new(sensitivity: f64, horn: [Vec<f64>; 2], frequency: f64) -> Self {
-        Self { shift: SHIFT, sensitivity, horn, frequency }
+        Self { shift: SHIFT, clock: CLOCK, sensitivity, horn, frequency }
     }
 
     /// The column of the shift.
     pub(crate) fn shift_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
         let slope = slope(mean, record.step);
         Mat::from_fn(rows.len(), 1, |i, _| self.shift * slope[rows[i]])
+    }
+
+    /// The column of the clock, about the middle of the samples.
+    pub(crate) fn clock_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
+        let slope = slope(mean, record.step);
+        let [first, last] = [rows.first(), rows.last()].map(|row| row.copied().unwrap_or(0));
+        let middle = 0.5 * (first + last) as f64;
+        let value = |t: usize| self.clock * (t as f64 - middle) * record.step * slope[t];
+        Mat::from_fn(rows.len(), 1, |i, _| value(rows[i]))
     }
 
     /// The columns of the crosstalk, in phase and in quadrature.
@@ -54,16 +65,15 @@ impl Nuisances {
 
     pub fn columns(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
         let (step, peak) = (record.step, record.peak);
-        let slope = slope(mean, step);
+        let clock = self.clock_column(record, mean, rows);
         let mut integral = vec![0.0; mean.len()];
         for t in 1..mean.len() {
             integral[t] = integral[t - 1] + 0.5 * step * (mean[t] + mean[t - 1]);
         }
         let [first, last] = [rows.first(), rows.last()].map(|row| row.copied().unwrap_or(0));
         let length = (last + 1 - first) as f64;
-        let middle = 0.5 * (first + last) as f64;
         let mut columns: Vec<Vec<f64>> = vec![
-            rows.iter().map(|t| CLOCK * (*t as f64 - middle) * step * slope[*t]).collect(),
+            (0..rows.len()).map(|i| clock[(i, 0)]).collect(),
             rows.iter().map(|t| TAU * COUPLING * integral[*t]).collect(),
         ];
         if self.sensitivity > 0.0 {

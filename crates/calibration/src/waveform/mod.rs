@@ -24,13 +24,14 @@ use argmin::core::Executor;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
-pub use self::residual::Residual;
+pub(crate) use self::{columns::CLOCK, start::Start};
+pub use self::residual::{Clock, Residual};
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 use self::{
     record::RecordTrace,
     rounds::{Answer, LOST, Rounds},
     source::{Source, Sources},
-    start::Start,
+    start::{QUICK, WHOLE},
 };
 use crate::{
     agreement::DOUBTFUL,
@@ -94,6 +95,8 @@ pub(crate) struct Compared<'a> {
     pub trace: &'a Series,
     /// What the model above the chain changes of its runs, where that is known.
     pub difference: Option<Arc<Difference>>,
+    /// Standard deviation of the ratio of the two clocks.
+    pub clock: f64,
 }
 
 /// Fewest predictable cycles after the onset for the waveform to decide.
@@ -201,8 +204,6 @@ fn level(Uncertainty { drive, droop, .. }: Uncertainty) -> (f64, f64) {
 pub(crate) enum Purpose {
     /// The start of a fit above the chain: without the final rounds and the correction for a finer step.
     Start,
-    /// The p of a cause: with one search.
-    Cause,
     /// The answer.
     Answer,
 }
@@ -222,7 +223,7 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, purpose
             break;
         }
         let seed = seed.wrapping_add(number);
-        for start in start::search(&sources, known, seed)? {
+        for start in start::search(&sources, known, seed, &WHOLE)?.0 {
             best = better(best, about(start, seed));
             let fits = |fit: &WaveformFit| fit.p >= AGAIN && (purpose != Purpose::Answer || fit.reduced <= LOST);
             if best.as_ref().is_some_and(fits) || !sources.goes_on() {
@@ -232,6 +233,31 @@ pub(crate) fn fit(records: Vec<Compared>, known: &[Vec<f64>], seed: u64, purpose
     }
     best
 }
+
+/// Where a quick search with short runs begins a fit, from points of another (unit coordinates), and its misfit to the first cycles over the record's
+/// mean square. `None` as for [`fit`].
+pub(crate) fn quick(compared: Compared, known: &[Vec<f64>], seed: u64) -> Option<(Start, f64)> {
+    let sources = Sources::new(vec![source(compared, None)?]);
+    let ([start, _], misfit) = start::search(&sources, known, seed, &QUICK)?;
+    Some((start, misfit))
+}
+
+/// The fit of one record on the chain with few rounds, from such a start or about a point (unit coordinates) that is known to so many deviations (ln).
+pub(crate) fn hurried(compared: Compared, from: Result<Start, (&[f64], &[f64])>, seed: u64) -> Option<WaveformFit> {
+    let sources = Sources::new(vec![source(compared, None)?]);
+    let start = match from {
+        Ok(start) => start,
+        Err((at, deviations)) => start::about(&sources, at, deviations).placed(&sources, seed)?,
+    };
+    result_of(&run(Rounds::about(sources, start, seed).hurried())?)
+}
+
+/// Runs of a quick search, and of the start of a fit about a point.
+pub(crate) const QUICK_RUNS: usize = QUICK.runs();
+pub(crate) const PLACED_RUNS: usize = start::PLACED;
+
+/// Most runs of [`hurried`] from a start.
+pub(crate) const HURRIED_RUNS: usize = rounds::HURRIED_RUNS;
 
 /// The same on a model above the chain, whose amplitudes say where the answer lies (unit coordinates) and the standard deviations of it (ln).
 pub(crate) fn fit_above(
@@ -248,7 +274,7 @@ pub(crate) fn fit_above(
         let doubted = fit.p < DOUBTED && fit.decides() && sources.goes_on();
         return if doubted { better(first, tried(1)) } else { first };
     }
-    let [found, _] = start::search(&sources, &[at.to_vec()], seed)?;
+    let ([found, _], _) = start::search(&sources, &[at.to_vec()], seed, &WHOLE)?;
     // Where the chain is far off, other pairs may lead elsewhere.
     (1..=TRIES).fold(better(first, turns(&sources, found, seed)), |best, number| {
         let over = |fit: &WaveformFit| fit.p >= AGAIN || fit.reduced > FAR_OFF || !fit.decides();
@@ -330,7 +356,7 @@ fn source(compared: Compared, above: Option<FidelityLevel>) -> Option<Source> {
         return None;
     }
     let trace = RecordTrace::of(compared.trace, comparison)?;
-    let mut source = Source::new(compared.forward.clone(), compared.noise, trace);
+    let mut source = Source::new(compared.forward.clone(), compared.noise, trace, compared.clock);
     (source.above, source.difference) = (above, compared.difference);
     Some(source)
 }

@@ -1,8 +1,10 @@
 //! Record less mean trace, as the report shows it.
 
+use faer::Mat;
+
 use super::{
     columns::CROSSTALK,
-    ensemble::{Ensemble, Known, Solution, beside},
+    ensemble::{Compared, Ensemble, Known, Solution, add, beside, inverse, slopes_at},
     regression::Regression,
 };
 
@@ -17,8 +19,19 @@ pub struct Residual {
     pub deviations: Vec<f64>,
     /// Crosstalk of the drive over the record's peak, and its standard deviation.
     pub crosstalk: [f64; 2],
+    /// What another clock of the record would explain.
+    pub clock: Clock,
     /// Of shots of one experiment: ln of the level of the drive over that of all, all other parameters held, and its standard deviation.
     pub level: Option<[f64; 2]>,
+}
+
+/// A second of the record's clock over one of the horn's, less 1.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Clock {
+    pub late: f64,
+    pub deviation: f64,
+    /// Share of T² that it explains.
+    pub share: f64,
 }
 
 impl Ensemble {
@@ -50,6 +63,7 @@ impl Ensemble {
             let found = within.covariance.inner(columns.as_ref(), columns.as_ref());
             let left_open = (1.0 - found[(0, 0)].min(found[(1, 1)])).max(0.0).sqrt();
             Some(Residual {
+                clock: self.clock(known, (number, regression), solution, (&within, &rest)),
                 crosstalk: [amounts[(0, 0)].hypot(amounts[(1, 0)]), left_open].map(|amount| CROSSTALK * amount),
                 times: rows.iter().map(|t| record.time(*t as f64 + placed.shift)).collect(),
                 left: (0..rows.len()).map(|i| left[(i, 0)]).collect(),
@@ -58,5 +72,37 @@ impl Ensemble {
             })
         };
         self.regressions(known)?.iter().enumerate().map(of).collect()
+    }
+
+    /// The clock of one record, refitted with the parameters: b/q with q = d'Pd and b = d'Pr, d the clock's column and P what the parameters leave of
+    /// Σ⁻¹. Σ has the column once already: freed of it, T² falls by b²/q, and the deviation is √((1 − q)/q).
+    fn clock(
+        &self,
+        known: &Known,
+        (number, regression): (usize, &Regression),
+        solution: &Solution,
+        (within, rest): (&Compared, &Mat<f64>),
+    ) -> Clock {
+        let (nuisances, rows) = (&known.nuisances[number], &within.rows);
+        let mean = regression.mean(&vec![0.0; solution.z.len()]);
+        let column = nuisances.clock_column(known.records[number], &mean, rows);
+        let slopes = slopes_at(regression, &solution.z, self.is_quadratic(), rows);
+        let all = beside(&[column.as_ref(), rest.as_ref(), slopes.as_ref()]);
+        let inner = within.covariance.inner(all.as_ref(), all.as_ref());
+        let mut information = self.prior(known);
+        add(&mut information, |i, j| inner[(2 + i, 2 + j)]);
+        let unit = inverse(&information);
+        let left = |a: usize, b: usize| {
+            let taken = |(i, row): (usize, &Vec<f64>)| -> f64 {
+                row.iter().enumerate().map(|(j, unit)| inner[(a, 2 + i)] * unit * inner[(2 + j, b)]).sum()
+            };
+            inner[(a, b)] - unit.iter().enumerate().map(taken).sum::<f64>()
+        };
+        let (q, b) = (left(0, 0).clamp(f64::MIN_POSITIVE, 1.0), left(0, 1));
+        Clock {
+            late: nuisances.clock * b / q,
+            deviation: nuisances.clock * ((1.0 - q) / q).sqrt(),
+            share: b * b / (q * solution.squares),
+        }
     }
 }

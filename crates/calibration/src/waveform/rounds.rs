@@ -31,6 +31,10 @@ const FEWEST: usize = 3;
 const MOST: usize = 8;
 const CLOSING: usize = 2;
 
+/// Most rounds, and hopeless ones, of a cause among several.
+const HURRIED: (usize, usize) = (5, 2);
+pub(super) const HURRIED_RUNS: usize = FIRST + (HURRIED.0 + CLOSING - 1) * FURTHER;
+
 /// T/N above which a round is widened, and the largest factor.
 const MISFIT: f64 = 1.0;
 const WIDEST: f64 = 30.0;
@@ -75,6 +79,8 @@ pub(super) struct Rounds {
     seed: u64,
     /// Whether they only say where the answer lies: without the final rounds.
     scouting: bool,
+    /// Most rounds, and those of a mean trace that is not usable after which it gives up.
+    patience: (usize, usize),
     /// Centre and spread of the next round, ln, and the largest allowed spread.
     centre: Vec<f64>,
     lower: Vec<Vec<f64>>,
@@ -108,6 +114,7 @@ impl Rounds {
             sources,
             seed: seed ^ SEED,
             scouting: false,
+            patience: (MOST, HOPELESS),
             centre,
             lower,
             widest,
@@ -126,6 +133,10 @@ impl Rounds {
 
     pub(crate) fn scouting(self) -> Self {
         Self { scouting: true, ..self }
+    }
+
+    pub(crate) fn hurried(self) -> Self {
+        Self { patience: HURRIED, ..self }
     }
 
     /// Goes on about the same answer with sources whose difference from the chain is another; its runs are kept.
@@ -231,7 +242,7 @@ impl Rounds {
 
     /// Whether only final rounds follow.
     fn closes(&self) -> bool {
-        self.settled || self.rounds >= MOST || self.lost >= HOPELESS
+        self.settled || self.rounds >= self.patience.0 || self.lost >= self.patience.1
     }
 
     /// Makes and solves one round, and chooses the next. `None` if it has no solution.
@@ -273,7 +284,7 @@ impl Rounds {
         }
         if solution.reduced() > LOST {
             self.lost += 1;
-        } else if self.lost < HOPELESS {
+        } else if self.lost < self.patience.1 {
             self.lost = 0;
         }
         let closing = self.closes();

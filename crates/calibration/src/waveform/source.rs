@@ -76,7 +76,7 @@ type Traces = Vec<Option<Vec<f64>>>;
 type WithFeatures = (Traces, Vec<Run>);
 
 impl Source {
-    pub(crate) fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace) -> Self {
+    pub(crate) fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace, clock: f64) -> Self {
         let scene = forward.scene();
         let motion = scene.drive.motion(1.0);
         let count = (scene.duration / trace.step) as usize + 1;
@@ -88,7 +88,8 @@ impl Source {
         }
         let peak = along.iter().fold(f64::MIN_POSITIVE, |most, x| f64::max(most, x.abs()));
         [&mut along, &mut across].into_iter().flatten().for_each(|x| *x /= peak);
-        let nuisances = Nuisances::new(forward.comparison.sensitivity, [along, across], scene.drive.frequency);
+        let sensitivity = forward.comparison.sensitivity;
+        let nuisances = Nuisances { clock, ..Nuisances::new(sensitivity, [along, across], scene.drive.frequency) };
         Self { forward, noise, trace, nuisances, above: None, difference: None, mesh: None }
     }
 }

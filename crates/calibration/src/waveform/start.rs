@@ -11,6 +11,36 @@ use super::{
 };
 use crate::{parameter::reflect, search::scattered};
 
+/// How much a search looks at.
+pub(super) struct Effort {
+    /// Most points taken from the amplitudes' search.
+    given: usize,
+    /// Points over the whole box.
+    scattered: usize,
+    /// In each round, the size of the elite and the number of points around it.
+    around: &'static [(usize, usize)],
+    /// Further ones, and how many times at most.
+    further: (usize, usize, usize),
+}
+
+/// Of an answer.
+pub(super) const WHOLE: Effort =
+    Effort { given: GIVEN, scattered: SCATTERED, around: &AROUND, further: FURTHER };
+
+/// Of a cause among many: its best run says whether it may be one.
+pub(super) const QUICK: Effort = Effort { given: 8, scattered: 56, around: &[(16, 40), (10, 40)], further: (0, 0, 0) };
+
+impl Effort {
+    /// Runs that it makes at most.
+    pub(super) const fn runs(&self) -> usize {
+        let (mut around, mut round) = (0, 0);
+        while round < self.around.len() {
+            (around, round) = (around + self.around[round].1, round + 1);
+        }
+        2 * self.given + self.scattered + around + self.further.1 * self.further.2
+    }
+}
+
 /// Points over the whole box; then, in each round, the size of the elite and the number of points around it.
 const SCATTERED: usize = 256;
 const AROUND: [(usize, usize); 4] = [(40, 96), (24, 96), (16, 96), (12, 56)];
@@ -44,26 +74,27 @@ const CYCLES: f64 = 10.0;
 const SEED: u64 = 0x57A2_7000;
 
 /// Runs among which the one is sought that a record is placed on.
-const PLACED: usize = 64;
+pub(super) const PLACED: usize = 64;
 
 /// Standard deviations of an answer that a start behind it is wide, and what is added, ln.
 const BEHIND: (f64, f64) = (6.0, 4e-3);
 
 /// Where the rounds begin, ln.
-pub(super) struct Start {
+#[derive(Clone)]
+pub(crate) struct Start {
     pub centre: Vec<f64>,
     pub half: Vec<f64>,
     pub shifts: Vec<f64>,
 }
 
 impl Start {
-    pub(crate) fn behind(answer: &Solution) -> Self {
+    pub(super) fn behind(answer: &Solution) -> Self {
         let half = (0..answer.at.len()).map(|d| BEHIND.0 * answer.covariance[d][d].sqrt() + BEHIND.1);
         Self { centre: answer.at.clone(), half: half.collect(), shifts: answer.shifts() }
     }
 
     /// Points about its centre, half its half-width a standard deviation.
-    pub(crate) fn drawn(&self, sources: &Sources, count: usize, seed: u32) -> Vec<Vec<f64>> {
+    pub(super) fn drawn(&self, sources: &Sources, count: usize, seed: u32) -> Vec<Vec<f64>> {
         let moved = |z: Vec<f64>| {
             let each = z.iter().zip(&self.half).zip(&self.centre);
             sources.inside(each.map(|((z, half), x)| x + 0.5 * half * z).collect())
@@ -72,7 +103,7 @@ impl Start {
     }
 
     /// The same with the records placed on the run that resembles them most, of several about its centre; `None` where none can be made.
-    pub(crate) fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
+    pub(super) fn placed(self, sources: &Sources, seed: u64) -> Option<Self> {
         let at = self.drawn(sources, PLACED, (seed ^ SEED) as u32);
         let runs = sources.traces(0, &at, None)?;
         let of = |number: usize| {
@@ -96,12 +127,17 @@ pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Start 
 /// A run of the search: unit coordinates, misfit, shifts.
 type Tried = (Vec<f64>, f64, Vec<f64>);
 
-/// Starts from the search and from the amplitudes.
-pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option<[Start; 2]> {
+/// Starts from the search and from the amplitudes, and the misfit of the best run.
+pub(super) fn search(
+    sources: &Sources,
+    known: &[Vec<f64>],
+    seed: u64,
+    effort: &Effort,
+) -> Option<([Start; 2], f64)> {
     let dimension = sources.spans().len();
     let best = known.first()?;
     // How late the answer comes: no run that the amplitudes lead to may end before it, be they misled or not.
-    let given: Vec<Vec<f64>> = known.iter().take(GIVEN).map(|u| sources.of_unit(u)).collect();
+    let given: Vec<Vec<f64>> = known.iter().take(effort.given).map(|u| sources.of_unit(u)).collect();
     let whole = sources.traces(0, &given, None)?;
     let (mut cycles, mut shifts_given) = (0.0f64, Vec::new());
     for (source, of) in sources.records.iter().zip(&whole) {
@@ -116,10 +152,10 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option
     let mut random = ChaCha8Rng::seed_from_u64(seed ^ SEED);
     let mut made: Vec<Tried> = Vec::new();
     let mut first = given.len() as u64;
-    let mut batch: Vec<Vec<f64>> = scattered(0, SCATTERED, dimension, seed ^ SEED);
-    batch.extend(known.iter().take(GIVEN).cloned());
+    let mut batch: Vec<Vec<f64>> = scattered(0, effort.scattered, dimension, seed ^ SEED);
+    batch.extend(known.iter().take(effort.given).cloned());
     let mut before = f64::INFINITY;
-    for round in 0..=AROUND.len() + FURTHER.2 {
+    for round in 0..=effort.around.len() + effort.further.2 {
         let at: Vec<Vec<f64>> = batch.iter().map(|u| sources.of_unit(u)).collect();
         let traces = sources.traces(first, &at, Some(cycles))?;
         first += batch.len() as u64;
@@ -135,18 +171,19 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option
         }
         made.sort_by(|a, b| a.1.total_cmp(&b.1));
         let least = made.first()?.1;
-        let (elite, count) = match AROUND.get(round) {
+        let (elite, count) = match effort.around.get(round) {
             Some(next) => *next,
             // Further ones while they help and the record is not reached.
+            None if round >= effort.around.len() + effort.further.2 => break,
             None if least < REACHED * records || least > STALLED * before => break,
-            None => (FURTHER.0, FURTHER.1),
+            None => (effort.further.0, effort.further.1),
         };
-        if round + 1 >= AROUND.len() {
+        if round + 1 >= effort.around.len() {
             before = least;
         }
         batch = around(&made[..elite.min(made.len())], count, &mut random);
     }
-    let (at, _, shifts) = made.first()?;
+    let (at, least, shifts) = made.first()?;
     let spans = sources.spans();
     let elite = &made[..BEST.min(made.len())];
     let half = (0..dimension).map(|d| {
@@ -158,7 +195,7 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64) -> Option
     let of_modulus = sources.modulus.map(|modulus| 2.0 * modulus);
     let found = Start { centre: sources.of_unit(at), half: half.chain(of_modulus).collect(), shifts: shifts.clone() };
     let half = spans.iter().map(|_| AMPLITUDES).chain(of_modulus).collect();
-    Some([found, Start { centre: sources.of_unit(best), half, shifts: shifts_given }])
+    Some(([found, Start { centre: sources.of_unit(best), half, shifts: shifts_given }], *least))
 }
 
 fn around(elite: &[Tried], count: usize, random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {

@@ -60,9 +60,9 @@ impl Effects {
         let yielding = laws.iter().enumerate().map(|(contact, law)| {
             let strength = scene.yield_strength.filter(|_| matches!(law, Law::Hertz(_)))?;
             let law = match (contact, beads.get(contact)) {
-                (0, _) => Yielding::of(&beads[0], Err(scene.piston), strength),
+                (0, _) => Yielding::of(&beads[0], Err(scene.piston_face()), strength),
                 (_, Some(next)) => Yielding::of(&beads[contact - 1], Ok(next), strength),
-                (_, None) => Yielding::of(&beads[contact - 1], Err(scene.support.flat()?), strength),
+                (_, None) => Yielding::of(&beads[contact - 1], Err(scene.support.flat()?.material(&beads[contact - 1].material)), strength),
             };
             Some(law.oblique(cosine(contact)))
         });
@@ -82,6 +82,14 @@ impl Effects {
         let Some(holder) = &self.holder else { return 0.0 };
         let across = force[slot - 1] * self.obliquity[slot - 1] + force[slot] * self.obliquity[slot];
         holder.friction_force + holder.friction_coefficient * across.max(0.0)
+    }
+
+    /// Velocity v_s (m/s) of a regularised friction under a constant load, where a bead guide with it, or without any yet, is all there is.
+    pub(crate) fn regularised_friction(&self) -> Option<f64> {
+        let others = self.horn.is_some() || self.gravity.is_some() || self.relaxation.is_some();
+        let yields = self.yielding.iter().any(Option::is_some);
+        let holder = self.holder.filter(|holder| holder.slip_velocity > 0.0 && !others && !yields)?;
+        (holder.drag == 0.0 && holder.clearance == 0.0).then_some(holder.slip_velocity)
     }
 
     pub(crate) fn rubs(&self) -> Option<&Holder> {

@@ -13,13 +13,14 @@ use std::sync::Arc;
 
 pub use super::variation::{EffectVariation, Variation};
 use super::{
-    ChainModel, InitialState, coupling::Coupling, finite_body::FiniteBodyLaws, lane::AnnulusLane, system::System,
+    ChainModel, InitialState, coupling::Coupling, effects::Effects, finite_body::FiniteBodyLaws, lane::AnnulusLane,
+    system::System,
 };
 use crate::{
     Estimate, ModelError,
-    contact_law::{ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, for_terms, terms_of},
+    contact_law::{ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, effective_modulus, for_terms, terms_of},
     number::{Lane, Mask, Number, WIDTH},
-    scene::{DampingPlacement, DampingTerm, Drive, DriveKind, Integrator, PistonMotion, Scene, Support},
+    scene::{DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Integrator, PistonMotion, Scene, Support},
 };
 use granchain_signal::{
     Series,
@@ -41,6 +42,8 @@ pub struct Ensemble {
     step: f64,
     /// Whether the scene has effects that no lane has: its runs are the adaptive integrator's, one by one.
     is_single: bool,
+    /// 1/v_s, s/m, where a bead guide with the regularised friction is all that acts beside contacts and dashpots.
+    inverse_slip: Option<f64>,
     fitted: Option<FiniteBodyLaws>,
 }
 
@@ -86,9 +89,12 @@ impl Ensemble {
         let shakes = Arc::new(realisations(&scene.drive, steps, step));
         let inverse_mass = system.inverse_mass[1..=system.beads].to_vec();
         let System { laws, coupling, effects, .. } = system;
-        let is_single = effects.is_some() || scene.is_struck() || matches!(scene.support, Support::Foundation { .. });
+        let inverse_slip = effects.as_ref().and_then(Effects::regularised_friction).map(f64::recip);
+        let is_single = effects.is_some() && inverse_slip.is_none()
+            || scene.is_struck()
+            || matches!(scene.support, Support::Foundation { .. });
         let (scene, fitted) = (scene.clone(), fitted.cloned());
-        Ok(Self { scene, laws, coupling, inverse_mass, drive, shakes, steps, step, is_single, fitted })
+        Ok(Self { scene, laws, coupling, inverse_mass, drive, shakes, steps, step, is_single, inverse_slip, fitted })
     }
 
     /// The same with other realisations (m) of what is not known of its drive: [`Variation::shaken`] says how much of each.
@@ -100,6 +106,17 @@ impl Ensemble {
         }
         with.shakes = Arc::new(realisations(&with.scene.drive, self.steps, self.step));
         with
+    }
+
+    /// Factor on the stiffness of a contact where the beads have `factor` times their modulus: a face of another material keeps its own.
+    fn of_modulus(&self, contact: usize, factor: f64) -> f64 {
+        let (bead, face) = (&self.scene.chain.beads[0], self.scene.piston_material.as_ref());
+        let Some(face) = face.filter(|_| contact == 0 && self.scene.piston == FlatContact::HalfSpace) else {
+            return factor;
+        };
+        // E* at that factor over E* at 1.
+        let [own, other] = [&bead.material, face].map(|of| effective_modulus(of, None).recip());
+        (own + other) / (own / factor + other)
     }
 
     /// Interval between two samples of the result, s.
@@ -117,7 +134,7 @@ impl Ensemble {
         let mut groups: [Vec<usize>; ALL_TERMS as usize + 1] = Default::default();
         for (index, variation) in variations.iter().enumerate() {
             results.push(variation.check(&self.scene).map(|()| Series::new(0.0, self.step, Vec::new())));
-            if self.is_single || variation.effects != EffectVariation::default() {
+            if self.is_single || !self.goes_in_lanes(variation) {
                 if results[index].is_ok() {
                     results[index] = self.single(variation);
                 }
@@ -137,6 +154,20 @@ impl Ensemble {
             }
         }
         results
+    }
+
+    /// Whether a lane has what a variation changes beside contacts and dashpots: nothing, or a friction that turns within steps.
+    fn goes_in_lanes(&self, variation: &Variation) -> bool {
+        let EffectVariation { horn_mass, drag, friction_force } = variation.effects;
+        let Some(inverse_slip) = self.inverse_slip else { return variation.effects == EffectVariation::default() };
+        let lightest = self.inverse_mass.iter().copied().fold(0.0, f64::max);
+        let friction = friction_force.unwrap_or_else(|| self.friction());
+        (horn_mass, drag) == (None, None) && friction * lightest * inverse_slip * self.step < FASTEST_TURN
+    }
+
+    /// Friction of the bead guide, N.
+    fn friction(&self) -> f64 {
+        self.scene.holder.map_or(0.0, |holder| holder.friction_force)
     }
 
     /// A run with effects that no lane has, by the adaptive integrator; a gap that an offset would close further is closed.
@@ -197,6 +228,17 @@ impl pulp::NullaryFnOnce for Sampling {
     }
 }
 
+/// Largest rate of a slipping bead's friction, F_c/(m v_s), over that of steps, at which a step of Runge–Kutta is stable (2.8).
+const FASTEST_TURN: f64 = 2.0;
+
+/// tanh by its continued fraction, to 2e-3.
+#[inline(always)]
+fn hyperbolic_tangent(x: Lane) -> Lane {
+    let x = x.at_least(-3.65).at_most(3.65);
+    let q = x * x;
+    x * ((q + 105.0) * q + 945.0) / ((q * 15.0 + 420.0) * q + 945.0)
+}
+
 /// Relative tolerance of runs that go alone: below the error of a lane's fixed step.
 const SINGLE_TOLERANCE: f64 = 1e-7;
 
@@ -218,6 +260,8 @@ struct Work {
     /// Least force a pressed contact may have, N: 0, or −∞ where dashpots may pull.
     least_force: f64,
     inverse_mass: Vec<f64>,
+    /// 1/v_s, s/m, and F_c, N, where any run rubs.
+    rubbing: Option<(f64, Lane)>,
     displacement: Vec<Lane>,
     velocity: Vec<Lane>,
     stage_displacement: Vec<Lane>,
@@ -256,6 +300,7 @@ impl Work {
             },
             least_force: if ensemble.scene.damping.tension { f64::NEG_INFINITY } else { 0.0 },
             inverse_mass: ensemble.inverse_mass.clone(),
+            rubbing: None,
             displacement: of_beads(),
             velocity: of_beads(),
             stage_displacement: of_beads(),
@@ -280,7 +325,7 @@ impl Work {
             }
             for (contact, gap) in ensemble.scene.gaps().enumerate() {
                 let of_support = if contact == last { variation.support_stiffness_factor } else { 1.0 };
-                let factor = of_support * variation.modulus_factor;
+                let factor = of_support * ensemble.of_modulus(contact, variation.modulus_factor);
                 let law = match ensemble.laws[contact] {
                     Law::Hertz(hertz) => Law::Hertz(Hertz { stiffness: factor * hertz.stiffness }),
                     Law::FiniteHertz(law) => Law::FiniteHertz(FiniteHertz { stiffness: factor * law.stiffness, ..law }),
@@ -308,6 +353,10 @@ impl Work {
         }
         let own = |(number, shaken): (usize, &Lane)| *shaken == Lane::of(|place| f64::from(u8::from(place == number)));
         self.in_place = self.shaken.len() == WIDTH && self.shaken.iter().enumerate().all(own);
+        self.rubbing = ensemble.inverse_slip.map(|inverse_slip| {
+            let of = |place: usize| variations[*chunk.get(place).unwrap_or(&chunk[0])].effects.friction_force;
+            (inverse_slip, Lane::of(|place| of(place).unwrap_or_else(|| ensemble.friction())))
+        });
         self.displacement.fill(Lane::ZERO);
         self.velocity.fill(Lane::ZERO);
         self.pole = std::array::from_fn(|_| Vec::with_capacity(ensemble.steps + 1));
@@ -399,6 +448,7 @@ impl Work {
         let damping: [_; DampingTerm::ALL.len()] = std::array::from_fn(|term| &self.damping[term][..=beads]);
         let [a1, a2, a3] = self.acceleration.each_mut().map(|of_stage| &mut of_stage[..beads]);
         let inverse_mass = &self.inverse_mass[..beads];
+        let rubbing = self.rubbing;
         let mut before = piston;
         let mut before_force = Lane::ZERO;
         if COUPLED {
@@ -437,7 +487,10 @@ impl Work {
             }
             if i > 0 {
                 let i = i - 1;
-                let a = (before_force - force) * inverse_mass[i];
+                let mut a = (before_force - force) * inverse_mass[i];
+                if let Some((inverse_slip, friction)) = rubbing {
+                    a = a - friction * hyperbolic_tangent(before.1 * inverse_slip) * inverse_mass[i];
+                }
                 match STAGE {
                     0 => (a1[i], stage_u[i], stage_v[i]) = (a, u[i] + v[i] * (0.5 * h), v[i] + a * (0.5 * h)),
                     1 => {
@@ -526,5 +579,45 @@ impl<const DAMPED: Terms, const COUPLED: bool> pulp::NullaryFnOnce for AllSteps<
     #[inline(always)]
     fn call(self) {
         self.work.step_through::<DAMPED, COUPLED>(self.ensemble, self.last);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+
+    /// Largest difference between a run of a lane and one of the adaptive integrator, over its peak.
+    fn apart(sets: &[&str], change: impl Fn(&mut Variation)) -> f64 {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let scene = scene::load("annulus", &sets).unwrap();
+        let ensemble = Ensemble::new(&scene, 640).unwrap();
+        let mut variation = Variation::of(&scene);
+        change(&mut variation);
+        assert!(!ensemble.is_single && ensemble.goes_in_lanes(&variation));
+        let (lane, alone) = (ensemble.run(&[variation.clone()]).remove(0).unwrap(), ensemble.single(&variation).unwrap());
+        let largest = lane.values.iter().zip(&alone.values).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        largest / alone.peak()
+    }
+
+    const SHORT: &str = "duration=60us";
+
+    #[test]
+    fn friction_within_steps_is_that_of_the_adaptive_integrator() {
+        let guide = ["holder.friction_force=2 mN", "holder.slip_velocity=1 mm/s", SHORT];
+        // The continued fraction of tanh, 2e-3 of a force of 2 mN.
+        assert!(apart(&guide, |_| ()) < 2e-3);
+        let varied = |variation: &mut Variation| variation.effects.friction_force = Some(2e-3);
+        let (with, without) = (apart(&guide, varied), ["holder.slip_velocity=1 mm/s", "holder.friction_force=1 uN", SHORT]);
+        assert_eq!(with, apart(&guide, |_| ()));
+        assert!(apart(&without, varied) < 2e-3);
+    }
+
+    #[test]
+    fn a_face_of_another_material_keeps_its_modulus_where_the_beads_vary() {
+        let face = ["piston.contact=half-space", "piston.material=titanium", SHORT];
+        // As far apart as with the beads' own modulus: the fixed step.
+        let [own, stiffer] = [1.0, 1.2].map(|factor| apart(&face, |variation| variation.modulus_factor = factor));
+        assert!(own < 1e-3 && stiffer < 1e-3, "{own} {stiffer}");
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::laws::{ContactLaws, need_law};
 use crate::{
     ModelError,
-    contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness},
+    contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness},
     fea::{
         FeaError,
         arrangement::Arrangement,
@@ -36,7 +36,7 @@ const POINTS: usize = 160;
 /// is fitted by least squares of the relative error in F, k being Hertz' own. The coupling s_i of bead i is λᵀ V λ′/(F F′), the work that the pressure
 /// at one contact does on the displacement by the other.
 ///
-/// A steel half-space has no body; a bead on it keeps the law of Hertz, and a spring its own. A run may differ from the scene fitted to in all
+/// A half-space has no body; a bead on it keeps the law of Hertz, and a spring its own. A run may differ from the scene fitted to in all
 /// that no body knows of: drive, α, damping, gaps, precompression, duration, factor of the annulus, stiffness of the spring. Plain data.
 ///
 /// ```
@@ -217,7 +217,7 @@ fn fit_contact(
             _ => scene.support.flat().filter(|_| scene.support.spring().is_none()),
         };
         match flat {
-            Some(FlatContact::HalfSpace) => "steel half-space".to_owned(),
+            Some(FlatContact::HalfSpace) => "elastic half-space".to_owned(),
             Some(FlatContact::Rigid) => "rigid flat".to_owned(),
             None => scene.support.name().to_owned(),
         }
@@ -225,8 +225,8 @@ fn fit_contact(
     let between = format!("{} – {}", named(contact), named(contact + 1));
     let unfitted = |law| Ok(ContactFit { between: between.clone(), law, quality: None });
     let touching = &beads[contact.saturating_sub(1)];
-    let half_space =
-        |bead| unfitted(Law::Hertz(Hertz { stiffness: bead_flat_stiffness(bead, FlatContact::HalfSpace) }));
+    let face = if contact == 0 { scene.piston_face() } else { Some(&touching.material) };
+    let half_space = |bead| unfitted(Law::Hertz(Hertz { stiffness: bead_face_stiffness(bead, face) }));
     if !fitted_to_bodies(scene, contact) {
         let spring = scene.support.spring().filter(|_| contact == last);
         return spring.map_or_else(|| half_space(touching), |stiffness| unfitted(Law::Spring(Spring { stiffness })));

@@ -3,7 +3,7 @@
 use super::finite_body::FiniteBodyLaws;
 use crate::{
     ModelError,
-    contact_law::{Annulus, Hertz, Law, Spring, bead_flat_stiffness, bead_pair_stiffness, foundation},
+    contact_law::{Annulus, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness, foundation},
     scene::{FlatContact, Scene, Support},
 };
 
@@ -29,7 +29,7 @@ impl ContactLaws {
     pub(crate) fn hertz(scene: &Scene) -> Result<Self, ModelError> {
         let beads = &scene.chain.beads;
         let hertz = |stiffness| Law::Hertz(Hertz { stiffness });
-        let mut laws = vec![hertz(bead_flat_stiffness(&beads[0], scene.piston))];
+        let mut laws = vec![hertz(bead_face_stiffness(&beads[0], scene.piston_face()))];
         laws.extend(beads.windows(2).map(|pair| hertz(bead_pair_stiffness(&pair[0], &pair[1]))));
         need_law(&scene.support)?;
         let last = &beads[beads.len() - 1];

@@ -20,12 +20,11 @@ pub fn hertz_stiffness(effective_modulus: f64, effective_radius: f64) -> f64 {
     4.0 / 3.0 * effective_modulus * effective_radius.sqrt()
 }
 
-/// Effective modulus E* (Pa) and radius R* (m) of a bead on another, 1/R* = 1/a₁ + 1/a₂, or on a flat, R* = a.
-pub(crate) fn touching(bead: &Bead, other: Result<&Bead, FlatContact>) -> (f64, f64) {
+/// Effective modulus E* (Pa) and radius R* (m) of a bead on another, 1/R* = 1/a₁ + 1/a₂, or on a flat of that material, R* = a; `None` is rigid.
+pub(crate) fn touching(bead: &Bead, other: Result<&Bead, Option<&Material>>) -> (f64, f64) {
     let (material, radius) = match other {
         Ok(other) => (Some(&other.material), bead.radius * other.radius / (bead.radius + other.radius)),
-        Err(FlatContact::Rigid) => (None, bead.radius),
-        Err(FlatContact::HalfSpace) => (Some(&bead.material), bead.radius),
+        Err(material) => (material, bead.radius),
     };
     (effective_modulus(&bead.material, material), radius)
 }
@@ -41,7 +40,12 @@ pub fn bead_pair_stiffness(bead: &Bead, other: &Bead) -> f64 {
 /// - [`FlatContact::Rigid`]: (4/3) E/(1 − ν²) √a, 2√2 times that of two such beads;
 /// - [`FlatContact::HalfSpace`]: a half-space of the bead's own material, (2/3) E/(1 − ν²) √a, √2 times that of two such beads.
 pub fn bead_flat_stiffness(bead: &Bead, flat: FlatContact) -> f64 {
-    let (modulus, radius) = touching(bead, Err(flat));
+    bead_face_stiffness(bead, flat.material(&bead.material))
+}
+
+/// The same on a half-space of any material; `None` is rigid. N·m^(-3/2).
+pub fn bead_face_stiffness(bead: &Bead, face: Option<&Material>) -> f64 {
+    let (modulus, radius) = touching(bead, Err(face));
     hertz_stiffness(modulus, radius)
 }
 
@@ -120,6 +124,16 @@ mod tests {
         assert_close(bead().mass(), 4.101_349_209e-6);
         // θ = 3(1 − ν²)/4E = √(a/2)/2k.
         assert_close((0.25e-3f64).sqrt() / (2.0 * pair), 3.395_522_388e-12);
+    }
+
+    #[test]
+    fn a_face_of_another_material_has_the_effective_modulus_of_both() {
+        // (4/3) √a/((1 − 0.3²)/201 GPa + (1 − 0.34²)/114 GPa) by hand: E* 81.3984 GPa.
+        let titanium = bead_face_stiffness(&bead(), Some(&Material::titanium()));
+        assert!((titanium / (4.0 / 3.0 * 81.398_4e9 * 0.5e-3f64.sqrt()) - 1.0).abs() < 1e-5, "{titanium:e}");
+        let carbide = bead_face_stiffness(&bead(), Some(&Material::tungsten_carbide()));
+        let [steel, rigid] = [FlatContact::HalfSpace, FlatContact::Rigid].map(|flat| bead_flat_stiffness(&bead(), flat));
+        assert!(titanium < steel && steel < carbide && carbide < rigid);
     }
 
     #[test]

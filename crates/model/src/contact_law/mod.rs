@@ -25,7 +25,7 @@ pub use finite_hertz::FiniteHertz;
 pub(crate) use foundation::foundation;
 pub use foundation::{HertzOnSpring, plate_on_half_space};
 pub(crate) use hertz::touching;
-pub use hertz::{Hertz, bead_flat_stiffness, bead_pair_stiffness, hertz_force, hertz_stiffness};
+pub use hertz::{Hertz, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness, hertz_force, hertz_stiffness};
 pub(crate) use hertz::{effective_modulus, hertz_energy};
 pub use yielding::{Yielding, yield_force};
 

@@ -1,7 +1,7 @@
 //! Contacts that yield: Thornton's elastic–perfectly plastic sphere.
 
 use super::{Hertz, hertz_force, touching};
-use crate::scene::{Bead, FlatContact};
+use crate::scene::{Bead, Material};
 
 /// Pressure in the middle of a contact at which its material begins to flow, over its yield strength Y: von Mises' criterion is first met below the
 /// surface, at p₀ = 1.6 Y for ν = 0.3 (Johnson (1985), *Contact Mechanics*, §6.1).
@@ -40,8 +40,8 @@ pub struct Yielding {
 }
 
 impl Yielding {
-    /// Of a bead and what it touches, of the yield strength Y (Pa); a half-space is as hard as the bead, a rigid flat harder.
-    pub fn of(bead: &Bead, other: Result<&Bead, FlatContact>, yield_strength: f64) -> Self {
+    /// Of a bead and what it touches, of the yield strength Y (Pa): another bead, or a flat of that material that is no softer; `None` is rigid.
+    pub fn of(bead: &Bead, other: Result<&Bead, Option<&Material>>, yield_strength: f64) -> Self {
         let (modulus, radius) = touching(bead, other);
         let slope = std::f64::consts::PI * YIELD_PRESSURE * yield_strength / (2.0 * modulus);
         Self { stiffness: super::hertz_stiffness(modulus, radius), yield_overlap: slope * slope * radius }

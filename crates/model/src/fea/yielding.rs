@@ -2,7 +2,7 @@
 
 use crate::{
     contact_law::{touching, yield_force},
-    scene::{Bead, FlatContact, Scene},
+    scene::{Bead, FlatContact, Material, Scene},
 };
 use granchain_signal::{Dimension, Quantity, Series};
 
@@ -16,12 +16,12 @@ pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
         let own = (bead.material.name == "chrome-steel").then_some(CHROME_STEEL);
         scene.yield_strength.or(own).filter(|_| bead.mesh.is_none())
     };
-    let on = |bead: &Bead, other: Result<&Bead, FlatContact>| {
+    let on = |bead: &Bead, other: Result<&Bead, Option<&Material>>| {
         let weaker = other.map_or(Some(f64::INFINITY), strength)?.min(strength(bead)?);
         let (modulus, radius) = touching(bead, other);
         Some(yield_force(modulus, radius, weaker))
     };
-    let on_flat = |bead: Option<&Bead>| on(bead?, Err(FlatContact::Rigid));
+    let on_flat = |bead: Option<&Bead>| on(bead?, Err(None));
     let between = beads.windows(2).map(|pair| on(&pair[0], Ok(&pair[1])));
     let last = scene.support.flat().filter(|flat| *flat == FlatContact::Rigid).and_then(|_| on_flat(beads.last()));
     std::iter::once(on_flat(beads.first())).chain(between).chain([last]).collect()

@@ -14,6 +14,8 @@ pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
 
 /// A piston drives.
 pub(super) const HORN: &[When] = &[Is("drive.kind", &["record", "tone-burst", "gaussian-burst", "sine"])];
+/// Its face is elastic.
+pub(super) const FACE: &[When] = &[HORN[0], Is("piston.contact", &["half-space"])];
 pub(super) const STRIKER: &[When] = &[Is("drive.kind", &["striker"])];
 pub(super) const FOUNDATION: &[When] = &[Is("support.kind", &["foundation"])];
 pub(super) const RING: &[When] = &[Is("support.kind", &["annulus"])];

@@ -162,6 +162,7 @@ impl Document {
                 _ if self.text("support.kind") == Some("disc") => Some("symplectic"),
                 _ => Some("dormand-prince-853"),
             },
+            "piston.contact" if self.text("drive.kind") != Some("striker") => Some("rigid"),
             "water.medium" if self.text("support.kind") == Some("disc") => Some("water"),
             "water.method" if self.text("support.kind") != Some("disc") => None,
             "water.method" if self.text("model.kind") == Some("fea") => Some("elements"),

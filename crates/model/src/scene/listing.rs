@@ -39,7 +39,8 @@ impl Scene {
     fn materials_in_use(&self) -> Vec<&Material> {
         let beads = self.chain.beads.iter().map(|bead| &bead.material);
         let striker = self.drive.kind.striker().map(|(bead, _)| &bead.material);
-        let all = beads.chain(striker).chain(self.support.material()).chain(&self.materials);
+        let ends = self.piston_material.iter().chain(self.support.material());
+        let all = beads.chain(striker).chain(ends).chain(&self.materials);
         let mut materials: Vec<&Material> = Vec::new();
         for material in all {
             if !materials.iter().any(|known| known.name == material.name) {
@@ -168,6 +169,7 @@ mod tests {
                         "chain.gravity",
                         "chain.sensor",
                         "support.plate_",
+                        "piston.material",
                     ]
                     .iter()
                     .any(|optional| key.name.starts_with(optional));

@@ -38,10 +38,21 @@ impl Material {
         Self { name: "acrylic".into(), youngs_modulus: 3.3e9, poissons_ratio: 0.37, density: 1190.0 }
     }
 
-    pub fn all_built_in() -> [Self; 6] {
+    /// Titanium alloy Ti-6Al-4V of horns: E 114 GPa, ν 0.34, ρ 4430 kg/m³ (nominal values).
+    pub fn titanium() -> Self {
+        Self { name: "titanium".into(), youngs_modulus: 114e9, poissons_ratio: 0.34, density: 4430.0 }
+    }
+
+    /// Tungsten carbide with cobalt: E 600 GPa, ν 0.22, ρ 14,900 kg/m³ (nominal values).
+    pub fn tungsten_carbide() -> Self {
+        Self { name: "tungsten-carbide".into(), youngs_modulus: 600e9, poissons_ratio: 0.22, density: 14_900.0 }
+    }
+
+    pub fn all_built_in() -> [Self; 8] {
         let discs = [Self::vitreous_carbon(), Self::glass(), Self::aluminium(), Self::acrylic()];
         let [carbon, glass, aluminium, acrylic] = discs;
-        [Self::chrome_steel(), Self::resin(), carbon, glass, aluminium, acrylic]
+        let [titanium, carbide] = [Self::titanium(), Self::tungsten_carbide()];
+        [Self::chrome_steel(), Self::resin(), carbon, glass, aluminium, acrylic, titanium, carbide]
     }
 
     pub(crate) fn built_in(name: &str) -> Option<Self> {

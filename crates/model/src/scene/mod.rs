@@ -104,8 +104,10 @@ pub struct Scene {
     pub name: String,
     pub description: String,
     pub chain: Chain,
-    /// What the piston's face is made of.
+    /// The piston's face.
     pub piston: FlatContact,
+    /// What it is made of, where it is a half-space of another material than the first bead's.
+    pub piston_material: Option<Material>,
     pub drive: Drive,
     /// α, the factor on the drive, 1.
     pub amplitude_scale: f64,
@@ -136,6 +138,11 @@ pub struct Scene {
 const FREE: f64 = 1e6;
 
 impl Scene {
+    /// What the piston's face is made of; a rigid one of nothing.
+    pub fn piston_face(&self) -> Option<&Material> {
+        self.piston.material(self.piston_material.as_ref().unwrap_or(&self.chain.beads[0].material))
+    }
+
     /// Initial gaps of the N + 1 contacts, m; behind a free end there is nothing within reach.
     pub(crate) fn gaps(&self) -> impl Iterator<Item = f64> + '_ {
         let free = self.support.is_free().then_some(self.chain.beads.len());

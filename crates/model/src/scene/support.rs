@@ -6,8 +6,18 @@ use super::{AnnulusShape, DiscShape, Material, MeshFile, word::words};
 pub enum FlatContact {
     /// A rigid, frictionless flat: Hertz stiffness (4/3) E/(1 − ν²) √a.
     Rigid,
-    /// A half-space of the touching bead's own material: Hertz stiffness (2/3) E/(1 − ν²) √a.
+    /// A half-space, of the touching bead's own material unless it has another: Hertz stiffness (2/3) E/(1 − ν²) √a.
     HalfSpace,
+}
+
+impl FlatContact {
+    /// What it is made of under a bead of that material; a rigid one of nothing.
+    pub const fn material(self, own: &Material) -> Option<&Material> {
+        match self {
+            Self::Rigid => None,
+            Self::HalfSpace => Some(own),
+        }
+    }
 }
 
 /// Along which normal a bead presses on a body off the axis, in the finite element analysis.

@@ -5,7 +5,7 @@ use super::{
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
     FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
     condition::{
-        BODY_MESH, DISC, DRIVES, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY,
+        BODY_MESH, DISC, DRIVES, FACE, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY,
         OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
     },
     key::{
@@ -104,9 +104,13 @@ pub const KEYS: &[Key] = &[
     number("materials.*.density", Dimension::DENSITY, Bound::Density, "density ρ")
         .of_material(|material| material.density)
         .usually("that of the built-in material with this name"),
-    word::<FlatContact>("piston.contact", "face of the piston: rigid flat, or half-space of the bead's material")
+    word::<FlatContact>("piston.contact", "face of the piston: rigid flat, or elastic half-space")
         .value(|scene| text(scene.piston.name()).filter(|_| scene.drive.kind.striker().is_none()))
         .when(HORN),
+    key("piston.material", ValueKind::Text, "material of that half-space, such as titanium")
+        .value(|scene| text(&scene.piston_material.as_ref()?.name))
+        .usually("that of the first bead")
+        .when(FACE),
     number(
         "horn.mass",
         Dimension::MASS,
@@ -520,6 +524,7 @@ pub(super) const GOVERNORS: &[Governor] = &[
     // Says what it uses only where the model is the chain.
     Governor { name: "contact.law", reinterpreted: &[] },
     Governor { name: "drive.kind", reinterpreted: &[] },
+    Governor { name: "piston.contact", reinterpreted: &[] },
     Governor { name: "support.kind", reinterpreted: &[] },
     Governor { name: "water.medium", reinterpreted: &["water.density", "water.sound_speed"] },
     // Says what it uses only where there is water.

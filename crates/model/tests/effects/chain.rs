@@ -341,7 +341,7 @@ fn a_bead_that_yields_comes_back_with_thornton_s_restitution_and_once_hardened_w
         scene.chain.gaps[0] = 1e-9;
         scene.yield_strength = Some(strength);
         let bead = scene.chain.beads[0].clone();
-        let law = Yielding::of(&bead, Err(FlatContact::Rigid), strength);
+        let law = Yielding::of(&bead, Err(None), strength);
         let response = run(&scene, &thrown(-speed));
         let expected = law.restitution(bead.mass(), speed);
         let found = response.bead_velocity[0].values.last().unwrap() / speed;

@@ -49,15 +49,20 @@ pub enum Condition {
     Period3,
     SofterSupport,
     OtherLaw,
+    BothLaws,
     BeadFewer,
     BeadMore,
     Radius,
     FirstGap,
+    Rough,
     Sign,
     HornSign,
     Modulus,
     Aluminium,
     EndFaces,
+    HornFace,
+    Friction,
+    ClockOff,
     ScaleUp,
     ScaleDown,
     UnitUp,
@@ -89,16 +94,16 @@ pub struct Expected {
 }
 
 use Condition::{
-    Aluminium, Averages, BeadFewer, BeadMore, Benches, Bits, BurstOnly, CausalDecoder, Clipped60, Clipped85, Clipped95,
-    Clock, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes, FirstGap, Frequency,
-    HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated,
-    Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius, OtherLaw, Period3, Pretrigger, PureNoise, Radius,
+    Aluminium, Averages, BeadFewer, BeadMore, Benches, Bits, BothLaws, BurstOnly, CausalDecoder, Clipped60, Clipped85,
+    Clipped95, Clock, ClockOff, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes, FirstGap, Frequency,
+    Friction, HornFace, HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated,
+    Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius, OtherLaw, Period3, Pretrigger, PureNoise, Radius, Rough,
     ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts,
     UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 56] = [
+const TABLE: [(Condition, &str, &str); 61] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -129,15 +134,20 @@ const TABLE: [(Condition, &str, &str); 56] = [
     (Period3, "period-3", "α 0.12–0.3, dampers between beads only, 3 % noise"),
     (SofterSupport, "softer-support", "annulus 30 % softer than stated"),
     (OtherLaw, "other-law", "other damping law than stated"),
+    (BothLaws, "both-laws", "both damping laws at once, one stated"),
     (BeadFewer, "bead-fewer", "a bead fewer than stated"),
     (BeadMore, "bead-more", "a bead more than stated"),
     (Radius, "radius", "beads 10 % larger than stated"),
     (FirstGap, "first-gap", "first gap 20 nm"),
+    (Rough, "rough", "gaps in every contact ten times as large, 3 nm"),
     (Sign, "sign", "sign of the velocity turned"),
     (HornSign, "horn-sign", "sign of the horn's record turned"),
     (Modulus, "modulus", "Young's modulus of the beads 25 % off"),
     (Aluminium, "aluminium", "beads of aluminium stated as steel"),
     (EndFaces, "end-faces", "half-spaces at both ends stated as rigid"),
+    (HornFace, "horn-face", "face of the horn of titanium stated as rigid"),
+    (Friction, "friction", "friction of 0.3–3 mN on every bead in its guide"),
+    (ClockOff, "clock-off", "clock of the vibrometer 0.3 % off"),
     (ScaleUp, "scale-up", "velocity ten times too large"),
     (ScaleDown, "scale-down", "velocity ten times too small"),
     (UnitUp, "unit-up", "velocity a thousand times too large"),
@@ -193,15 +203,18 @@ impl Condition {
     pub fn expected(self) -> Option<Expected> {
         let (cause, words): (Cause, &'static [&'static str]) = match self {
             SofterSupport => (Cause::Support, &[]),
-            OtherLaw => (Cause::DampingLaw, &[]),
+            OtherLaw | BothLaws => (Cause::DampingLaw, &[]),
             BeadFewer | BeadMore => (Cause::Beads, &[]),
             Radius => (Cause::Radius, &[]),
-            FirstGap => (Cause::Gap, &[]),
+            FirstGap | Rough => (Cause::Gap, &[]),
             Sign => (Cause::Sign, &["invert"]),
             HornSign => (Cause::HornSign, &["--drive-read invert=true"]),
             Modulus => (Cause::Modulus, &[]),
             Aluminium => (Cause::Material, &[]),
             EndFaces => (Cause::Ends, &[]),
+            HornFace => (Cause::HornFace, &[]),
+            Friction => (Cause::Friction, &[]),
+            ClockOff => (Cause::Clock, &[]),
             ScaleUp | ScaleDown | UnitUp | UnitDown => (Cause::Scale, &["--scale", "--unit", "record's unit"]),
             Frequency => (Cause::Record, &["frequency", "strongest line"]),
             Swapped => (Cause::Record, &["swap"]),
@@ -257,6 +270,9 @@ pub struct Setting {
 fn off(r: &mut ChaCha8Rng, share: f64) -> f64 {
     if r.random() { 1.0 + share } else { 1.0 - share }
 }
+
+/// γ/c of two dashpots of comparable loss, √(1/m): the paper's.
+const COMPARABLE: f64 = 12_200.0;
 
 /// Stiffness of the spring, N/m: near that of a contact under some newtons.
 const SPRING: f64 = 1e7;
@@ -320,7 +336,8 @@ impl Setting {
         let lab = &mut laboratory;
         let (mut kind, mut beads, mut radius, mut material) = ("tone-burst", 6_u64, 0.5e-3_f64, "chrome-steel");
         let (mut given_law, mut truth, mut uncertainty) = (linear, Vec::new(), Vec::new());
-        let (mut first_gap, mut true_beads, mut given_frequency) = (0.0, None, None);
+        let mut both = None;
+        let (mut roughness, mut first_gap, mut true_beads, mut given_frequency) = (1.0, 0.0, None, None);
         let hum_of = |r: &mut ChaCha8Rng, frequency: f64, low: f64, high: f64| {
             Some([frequency, r.random_range(low..high), r.random_range(0.0..std::f64::consts::TAU)])
         };
@@ -404,10 +421,18 @@ impl Setting {
                 truth.push("support.stiffness_factor=0.7".to_owned());
             }
             OtherLaw => given_law = !linear,
+            BothLaws => {
+                let c = if linear { coefficient } else { coefficient / COMPARABLE };
+                both = Some([c, COMPARABLE * c]);
+            }
             BeadFewer => true_beads = Some(beads - 1),
             BeadMore => true_beads = Some(beads + 1),
             Radius => truth.push(format!("chain.radius={}", 1.1 * radius)),
             FirstGap => first_gap = 20e-9,
+            Rough => roughness = 10.0,
+            HornFace => truth.extend(["piston.contact=half-space", "piston.material=titanium"].map(str::to_owned)),
+            Friction => truth.push(format!("holder.friction_force={}", log_uniform(r, 0.3e-3, 3e-3))),
+            ClockOff => lab.clock_ppm = 1e6 * (off(r, 3e-3) - 1.0),
             Sign => lab.gain = -1.0,
             HornSign => lab.horn_gain = -1.0,
             Modulus => truth.push(format!("materials.chrome-steel.youngs_modulus={}", 201e9 * off(r, 0.25))),
@@ -459,20 +484,26 @@ impl Setting {
         let mut gaps: Vec<f64> = (0..contacts)
             .map(|_| {
                 let normal: f64 = StandardNormal.sample(r);
-                GAP * normal.abs()
+                roughness * GAP * normal.abs()
             })
             .collect();
         gaps[0] += first_gap;
         let law = |linear: bool| if linear { "linear" } else { "kuwabara-kono" };
         truth.extend([
             format!("alpha={alpha}"),
-            format!("damping.kind={}", law(linear)),
-            format!("damping.coefficient={coefficient}"),
             format!("drive.kind={kind}"),
             format!("drive.amplitude={amplitude}"),
             format!("drive.frequency={frequency}"),
             format!("drive.cycles={cycles}"),
         ]);
+        truth.extend(match both {
+            None => vec![format!("damping.kind={}", law(linear)), format!("damping.coefficient={coefficient}")],
+            Some([c, gamma]) => vec![
+                "damping.kind=linear+kuwabara-kono".to_owned(),
+                format!("damping.linear_coefficient={c}"),
+                format!("damping.kuwabara_kono_coefficient={gamma}"),
+            ],
+        });
         if kind == "tone-burst" {
             truth.push(format!("drive.ring_up={ring_up}"));
         }

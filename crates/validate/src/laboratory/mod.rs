@@ -292,7 +292,8 @@ fn fit(
     let fitted = problem.fit(schedule)?;
     let outcome = fitted.outcome(&problem);
     let wrong = setting.condition.expected().is_some();
-    let diagnosis = if wrong { fitted.diagnose(&problem, Arc::new(move |_| !stop())) } else { Vec::new() };
+    let diagnosis =
+        if wrong { fitted.diagnose(&problem, Arc::new(move |_| !stop()), &|_| ()).findings } else { Vec::new() };
     Ok(LaboratoryFit {
         verdict: outcome.best.verdict,
         p_value: outcome.best.p_value,

@@ -64,6 +64,7 @@ pub(super) fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) ->
         name: reader.text("name")?.unwrap_or(name).to_owned(),
         description: reader.text("description")?.unwrap_or("").to_owned(),
         piston: reader.word("piston.contact")?,
+        piston_material: support::piston_material(reader, &chain)?,
         materials: support::materials(reader, &chain, &support)?,
         support,
         water,

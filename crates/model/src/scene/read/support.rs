@@ -120,6 +120,14 @@ fn plate(reader: &Reader<'_>) -> Result<Option<Plate>, SceneError> {
     Ok(Some(Plate { thickness, material: reader.material_named(name, key, || reader.place(key))? }))
 }
 
+/// The material of the piston's face, where it is another than the first bead's.
+pub(super) fn piston_material(reader: &Reader<'_>, chain: &Chain) -> Result<Option<Material>, SceneError> {
+    let key = "piston.material";
+    let Some(name) = reader.text(key)? else { return Ok(None) };
+    let material = reader.material_named(name, key, || reader.place(key))?;
+    Ok(Some(material).filter(|material| chain.beads.first().is_none_or(|bead| bead.material != *material)))
+}
+
 fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
     let key = "support.material";
     let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);
