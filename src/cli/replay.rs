@@ -226,7 +226,6 @@ impl Job<'_> {
         let pressure = pressures(scene, &response, window)?;
         timing.stage("features");
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
-        interrupt::check()?;
         timing.stage("ensemble");
         let prepared = || kept.map_or_else(|| session.prepare(scene), Ok);
         let field = field::make(&arguments.field, scene, prepared, window)?;
@@ -303,7 +302,6 @@ fn write(
     folder.write("response.csv", table)?;
     folder.write("scene.toml", scene.to_toml())?;
     folder.write("summary.json", summary::json(summary)?)?;
-    interrupt::check()?;
     timing.stage("write");
     let seen = observation::seen(scene, response.observed_velocity());
     let others = hydrophone::figures(response, summary.pressure.iter().map(|point| &point.features))?;

@@ -19,7 +19,7 @@ use super::{
     Outcome,
     arguments::{Session, usage},
     inspect, mesh,
-    output::{refuse_existing, write_new},
+    output::{publishing, refuse_existing, write_new},
     program,
     reading::{ChannelArguments, DriveReadArguments, ReadArguments, shown},
     scene as scene_command, typed,
@@ -124,14 +124,20 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
     let name = arguments.scene.as_deref().unwrap_or(usual);
     let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
     let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
-    write_new(&arguments.out, plan.as_bytes(), "", OUT)?;
-    let drawn = match mesh::picture(&loaded.scene) {
-        Ok(png) => write_new(&picture, &png, "", OUT).map(|()| Some(picture))?,
-        Err(error) => {
-            session.note(format_args!("warning: the bench is not drawn: {error:#}"));
-            None
-        }
-    };
+    let drawn = mesh::picture(&loaded.scene);
+    // Both files or none.
+    publishing(|| {
+        drawn.as_ref().map_or(Ok(()), |png| write_new(&picture, png, "", OUT))?;
+        let written = write_new(&arguments.out, plan.as_bytes(), "", OUT);
+        written.inspect_err(|_| {
+            if drawn.is_ok() {
+                _ = std::fs::remove_file(&picture)
+            }
+        })
+    })?;
+    let drawn = drawn.map(|_| picture);
+    let drawn =
+        drawn.inspect_err(|error| session.note(format_args!("warning: the bench is not drawn: {error:#}"))).ok();
     for record in [Some(bead), horn.as_ref()].into_iter().flatten() {
         inspect::warn(record, session);
     }

@@ -130,7 +130,7 @@ impl Study {
         let plan = self.plan()?;
         let (folder, scratch) = match &self.output.out {
             Some(out) => (Some(OutputFolder::resumable(out, &RESULTS, COMMAND, resume, self.output.force)?), None),
-            None => (None, Some(tempfile::tempdir()?)),
+            None => (None, Some(super::output::scratch()?)),
         };
         let state = match (&folder, &scratch) {
             (Some(folder), _) => folder.state_path(),

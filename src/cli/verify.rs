@@ -100,7 +100,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let manifest = read_manifest(&folder)?;
     let (stored, unknown) = read(&folder, &manifest)?;
     // The folder for the inputs goes when this is dropped.
-    let place = tempfile::tempdir().context("a folder for the inputs cannot be made")?;
+    let place = super::output::scratch().context("a folder for the inputs cannot be made")?;
     let session = elsewhere(session.clone())?;
     if let Some(inputs) = &inputs {
         let here = inputs::stage(&manifest.inputs, inputs, place.path())?;

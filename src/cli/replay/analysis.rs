@@ -144,6 +144,7 @@ impl<'a> Analysis<'a> {
         let mut simulation = Simulation::new(scene, Control::default())?;
         let mut written = BTreeMap::new();
         if let Some(folder) = folder {
+            interrupt::saves_first();
             let place = folder.state_path().join(PLAN);
             if is_saved(folder) {
                 same_plan(&place, &plan, "run", "scene, mesh file, --fields")?;
