@@ -9,7 +9,6 @@ mod folder;
 mod list;
 mod page;
 mod staged;
-mod terminal;
 mod work;
 
 use std::{
@@ -23,13 +22,14 @@ use console::Term;
 
 use columns::{broken, columns_of};
 
+use crate::signal::visible;
+
 pub use columns::{WIDEST, aligned};
 pub use folder::{NOTHING_SAVED, OutputFolder, same_plan};
-pub use list::{LIST, files_below, is_altered};
+pub use list::{LIST, files_below, is_altered, list_faults};
 pub use page::{publish, set_flags};
 use staged::Staged;
 pub use staged::{abandon, publishing};
-pub use terminal::{visible, visible_json};
 
 /// Results that commands of several kinds have.
 const COMMON: [&str; 6] =

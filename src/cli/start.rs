@@ -26,6 +26,7 @@ use super::{
 };
 use crate::{
     calibration::{
+        measured::swapped,
         parameter::Parameter,
         plan::{Plan, ReadAs, ReadRequest, RecordPlan},
     },
@@ -142,6 +143,10 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
         inspect::warn(record, session);
     }
     let frequency = horn.as_ref().and_then(Record::strongest_line);
+    let suspect = horn.as_ref().zip(frequency).filter(|_| bead.kind == RecordKind::Vibrometer);
+    let suspect = suspect.and_then(|(horn, frequency)| swapped(bead, &horn.path, frequency, &horn.series));
+    session
+        .warn(suspect.map(|why| format!("{}: {why}: exchange the two files or channels if so", bead.path.display())));
     let text = summary(arguments, &files, (name, &loaded.scene), drawn.as_deref())?;
     session.result(
         text,
