@@ -100,8 +100,7 @@ const SESSION_FLAGS: &str =
     "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
 
 const OUT_OF_CALIBRATE: &str = "Folder for the results, written as a whole or not at all [default: calibrations/NAME]";
-const BENCH_OF_ANY_KIND: &str =
-    "File that says how each channel is read (docs/formats.md), flags win over it; needs --kind";
+const BENCH_OF_ANY_KIND: &str = "File that says how each channel is read (docs/formats.md), not what stands on the bench; flags win over it; needs --kind";
 const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
                                   the record, else the scene's drive]";
 const MODEL_OF_CALIBRATE: &str =

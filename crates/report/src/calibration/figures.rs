@@ -107,14 +107,14 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         panel
     };
     let what = match measurand {
-        Measurand::Velocity => "Velocity of the last bead’s pole",
+        Measurand::Velocity => "Velocity of the last bead",
         Measurand::Pressure => "Pressure at the hydrophone",
     };
     let both = match (&record.recorded, &record.simulated) {
         (Some(_), Some(_)) => format!("{what}, {} and simulated", record.record_label),
         (Some(_), None) => format!("{what}, {}", record.record_label),
         _ => match measurand {
-            Measurand::Velocity => "Simulated velocity of the last bead’s pole".to_owned(),
+            Measurand::Velocity => "Simulated velocity of the last bead".to_owned(),
             Measurand::Pressure => "Simulated pressure at the hydrophone".to_owned(),
         },
     };

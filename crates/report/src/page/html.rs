@@ -236,6 +236,29 @@ mod tests {
     }
 
     #[test]
+    fn a_page_runs_its_own_scripts_alone_and_shows_what_would_steer_it() {
+        let table = Table { caption: "a\u{202e}b".into(), columns: Vec::new(), rows: Vec::new() };
+        let page = Page { title: "x\u{2028}y".into(), subtitle: String::new(), blocks: vec![Block::Table(table)] };
+        let text = render(&page, &[]);
+        let inside = |tag: &str| {
+            let (begin, end) = (format!("<{tag}>"), format!("</{tag}>"));
+            text.split(&begin).skip(1).map(|rest| rest.split(&end).next().unwrap().to_owned()).collect::<Vec<_>>()
+        };
+        let policy = text.split("Content-Security-Policy\" content=\"").nth(1).unwrap().split('"').next().unwrap();
+        let scripts = inside("script");
+        assert_eq!(scripts, [TABLES]);
+        assert_eq!(inside("style").len(), 1);
+        for own in scripts.iter().chain(&inside("style")) {
+            let hash = STANDARD.encode(sha256_bytes(own.as_bytes()));
+            assert!(policy.replace("&#39;", "'").contains(&format!("'sha256-{hash}'")), "{policy}");
+        }
+        assert!(policy.starts_with("default-src 'none'") && !policy.contains("unsafe"), "{policy}");
+        assert!(
+            text.contains("x\\u{2028}y") && text.contains("a\\u{202e}b") && !text.contains(['\u{202e}', '\u{2028}'])
+        );
+    }
+
+    #[test]
     fn backticks_become_code_and_a_lone_one_stays() {
         assert_eq!(prose("the scene `annulus` of <6> beads").0, "the scene <code>annulus</code> of &lt;6&gt; beads");
         assert_eq!(prose("a ` b").0, "a ` b");
