@@ -138,7 +138,7 @@ fn commands(printed: &str) -> Vec<String> {
 
 #[test]
 fn no_printed_command_does_what_a_folder_is_named() {
-    const EVIL: &str = "x;touch pwned";
+    const EVIL: &str = "x;touch pwned;";
     let place = tempfile::tempdir().unwrap();
     let evil = place.path().join(EVIL);
     fs::create_dir(&evil).unwrap();
