@@ -25,7 +25,7 @@ use columns::{broken, columns_of};
 use crate::signal::visible;
 
 pub use columns::{WIDEST, aligned};
-pub use folder::{NOTHING_SAVED, OutputFolder, same_plan};
+pub use folder::{NOTHING_SAVED, OutputFolder, PLAN, same_plan};
 pub use list::{LIST, files_below, is_altered, list_faults};
 pub use page::{publish, set_flags};
 use staged::Staged;

@@ -18,7 +18,7 @@ use super::{
     experiment,
     forecast::Forecast,
     interrupt::{self, Interrupted},
-    output::{NOTHING_SAVED, OutputFolder, same_plan},
+    output::{NOTHING_SAVED, OutputFolder, PLAN, same_plan},
     parts::{self, Divisible, PartArguments, Parts},
     progress,
     reading::ReadArguments,
@@ -63,8 +63,6 @@ pub struct Arguments {
     pub reading: ReadArguments,
 }
 
-/// Name of the plan among the state files.
-const PLAN: &str = "plan.json";
 /// Name of the log of finished runs.
 const RUNS: &str = "runs.jsonl";
 

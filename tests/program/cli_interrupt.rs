@@ -207,7 +207,19 @@ fn every_long_command_hears_a_signal_at_once_and_leaves_nothing_half_made() {
         &["spectrum", "vib.csv", "--out", "new/spectrum"],
         &["inspect", "vib.csv"],
         &["convert", "vib.csv", "vib.uff"],
-        &["sweep", "--scene", "annulus", "--model", "chain", "--vary", "alpha=0.4,0.5", "--ensemble", "300"],
+        &[
+            "sweep",
+            "--scene",
+            "annulus",
+            "--model",
+            "chain",
+            "--vary",
+            "alpha=0.4,0.5",
+            "--ensemble",
+            "300",
+            "--out",
+            "new/sweep",
+        ],
         &["accuracy", "--scene", "annulus", "--out", "new/accuracy"],
         &["inspect", "record.csv"],
         &["scene", "check", "scene.toml"],
@@ -219,6 +231,9 @@ fn every_long_command_hears_a_signal_at_once_and_leaves_nothing_half_made() {
             .into_iter()
             .filter_map(|delay| {
                 let took = heard(place.path(), arguments, delay);
+                // A state that stays is one to go on from.
+                let runs = place.path().join("new/.sweep.unfinished/state/runs.jsonl");
+                assert!(!place.path().join("new/.sweep.unfinished").exists() || fs::read(runs).unwrap().len() > 1);
                 if names() != before {
                     // What is there was finished.
                     for new in names().difference(&before) {

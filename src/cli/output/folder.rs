@@ -30,6 +30,9 @@ const LONGEST_NAME: usize = 230;
 /// Name of the file in a state that says which command it is of.
 const COMMAND: &str = "command";
 
+/// Name of the file in a state that says what decides its results.
+pub const PLAN: &str = "plan.json";
+
 /// What to say where a state to resume holds nothing yet.
 pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it starts again";
 
@@ -347,11 +350,13 @@ impl Drop for OutputFolder {
     }
 }
 
-/// Whether a state holds anything but the name of its command and files that were never finished.
+/// Whether a state holds anything to go on from: more than the names of its command and plan, empty logs and files that were never finished.
 pub(super) fn is_saved(state: &Path) -> Result<bool, OutputError> {
-    let passing = |name: &str| name == COMMAND || name.starts_with(PART) || name.starts_with(".tmp");
-    Ok(state.exists()
-        && entries(state)?.iter().any(|path| !path.file_name().and_then(|name| name.to_str()).is_some_and(passing)))
+    let passing = |name: &str| [COMMAND, PLAN].contains(&name) || name.starts_with(PART) || name.starts_with(".tmp");
+    let is_empty = |path: &Path| path.metadata().is_ok_and(|found| found.is_file() && found.len() == 0);
+    let holds =
+        |path: &PathBuf| !is_empty(path) && !path.file_name().and_then(|name| name.to_str()).is_some_and(passing);
+    Ok(state.exists() && entries(state)?.iter().any(holds))
 }
 
 /// Refuse the state of another command.
