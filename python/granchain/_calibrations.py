@@ -59,8 +59,8 @@ class Parameter:
 
     def __str__(self) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
-        interval = "" if self.low is None or self.high is None else f"   90 % {self.low:.4g} … {self.high:.4g}"
-        return f"{self.value:.4g}{unit}{interval}"
+        interval = "" if self.low is None or self.high is None else f"   90 % {self.low:#.4g} … {self.high:#.4g}"
+        return f"{self.value:#.4g}{unit}{interval}"
 
 
 @dataclass(frozen=True)

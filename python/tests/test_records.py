@@ -132,7 +132,7 @@ def test_what_is_passed_in_the_wrong_place_is_answered_with_the_right_call() -> 
 
 def test_numbers_without_a_unit_are_shown_without_one() -> None:
     alpha = granchain.Parameter(0.7, 0.69, 0.71, 0.7, "1", (0.1, 2.0), False)
-    assert str(alpha) == "0.7   90 % 0.69 … 0.71"
+    assert str(alpha) == "0.7000   90 % 0.6900 … 0.7100"
 
 
 def test_a_flag_in_a_message_is_a_keyword_with_its_value_alone() -> None:

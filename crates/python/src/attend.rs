@@ -3,24 +3,17 @@
 use std::{
     sync::{
         Arc,
-        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
         mpsc::{RecvTimeoutError, sync_channel},
     },
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use pyo3::{exceptions::PyRuntimeError, prelude::*};
 
 /// Between two looks at Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// How long the end of the interpreter waits for work that was asked to stop.
-const PATIENCE: Duration = Duration::from_secs(10);
-
-/// Whether the interpreter ends, and calls that are waiting for their work.
-static ENDS: AtomicBool = AtomicBool::new(false);
-static WAITING: AtomicUsize = AtomicUsize::new(0);
 
 /// Of the thread that works, bytes: as much as the program has.
 const STACK: usize = 8 << 20;
@@ -42,7 +35,7 @@ impl Attendance {
     }
 
     pub fn stops(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || ENDS.load(Ordering::Relaxed)
+        self.stop.load(Ordering::Relaxed)
     }
 
     /// Calls `progress` if work was done since the last `reported`.
@@ -51,32 +44,6 @@ impl Attendance {
         let Some(progress) = progress.filter(|_| all > 0 && done != *reported) else { return Ok(()) };
         *reported = done;
         progress.call1(py, (done, all)).map(drop)
-    }
-}
-
-/// One of the calls that are waiting.
-struct Waiting;
-
-impl Waiting {
-    fn begin() -> Self {
-        WAITING.fetch_add(1, Ordering::SeqCst);
-        Self
-    }
-}
-
-impl Drop for Waiting {
-    fn drop(&mut self) {
-        WAITING.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
-/// Stop all work and wait for its callers, daemon threads among them: none of them may come back into an interpreter that has ended.
-#[pyfunction]
-pub fn end(py: Python<'_>) {
-    ENDS.store(true, Ordering::Relaxed);
-    let begun = Instant::now();
-    while WAITING.load(Ordering::SeqCst) > 0 && begun.elapsed() < PATIENCE {
-        py.detach(|| thread::sleep(LOOK));
     }
 }
 
@@ -89,7 +56,6 @@ pub fn attend<T: Send>(
     progress: Option<&Py<PyAny>>,
     work: impl FnOnce(&Attendance) -> T + Send,
 ) -> PyResult<T> {
-    let _waiting = Waiting::begin();
     let attendance = Attendance::default();
     let (sender, mut receiver) = sync_channel::<()>(1);
     let (of_work, attendance) = (attendance.clone(), &attendance);

@@ -26,8 +26,6 @@ fn run_program(py: Python<'_>, typed: Vec<OsString>, subcommand: Option<&str>) -
 fn _granchain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
-    module.add_function(wrap_pyfunction!(attend::end, module)?)?;
-    module.py().import("atexit")?.call_method1("register", (module.getattr("end")?,))?;
     error::add(module)?;
     record::add(module)?;
     scene::add(module)?;
