@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _granchain as native
 from ._keywords import Quantity, RecordsOptions, StrPath, assignments, flags, text
-from ._records import Floats, Record
+from ._records import Floats, Record, refuse_data
 from ._scenes import Progress, Scene
 
 if TYPE_CHECKING:
@@ -56,6 +56,11 @@ class Parameter:
     bounds: tuple[float, float]
     at_bound: bool
     unidentified: bool = False
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        interval = "" if self.low is None or self.high is None else f"   90 % {self.low:#.4g} … {self.high:#.4g}"
+        return f"{self.value:#.4g}{unit}{interval}"
 
 
 @dataclass(frozen=True)
@@ -285,7 +290,8 @@ class Calibration:
         return data
 
     def __repr__(self) -> str:
-        return f"<Calibration {self.verdict}: {', '.join(f'{n} {p.value:.4g} {p.unit}' for n, p in self.parameters.items())}>"
+        shown = (f"{name} {str(parameter).split('   ')[0]}" for name, parameter in self.parameters.items())
+        return f"<Calibration {self.verdict}: {', '.join(shown)}>"
 
 
 def _named(records: Sequence[Record | StrPath]) -> tuple[list[str], list[bytes | None], list[str]]:
@@ -340,7 +346,12 @@ def _of_drive(options: Sequence[str], present: Sequence[str]) -> list[str]:
 def _several(found: Record | StrPath | Sequence[Record | StrPath] | None) -> list[Record | StrPath]:
     if found is None:
         return []
-    return [found] if isinstance(found, (Record, str, os.PathLike)) else list(found)
+    # Arrays and data frames are no lists of records.
+    one_alone = isinstance(found, (Record, str, os.PathLike)) or hasattr(found, "__array__") or not isinstance(found, Iterable)
+    several: list[Any] = [found] if one_alone else list(found)  # type: ignore[arg-type]
+    for one in several:
+        refuse_data(one)
+    return several
 
 
 def calibrate(

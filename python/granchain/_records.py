@@ -72,8 +72,8 @@ class Record:
     def from_arrays(
         cls,
         values: ArrayLike,
-        *,
-        unit: str,
+        *others: ArrayLike,
+        unit: str = "",
         time: ArrayLike | None = None,
         sample_rate: float | None = None,
         start: float = 0.0,
@@ -86,9 +86,11 @@ class Record:
         Parameters
         ----------
         values
-            Samples in `unit`.
+            Samples in `unit`. All else is passed by keyword.
+        *others
+            None: instants are ``time=``.
         unit
-            Unit of the samples: ``"m/s"``, ``"um"``, ``"kPa"``, or ``"V"`` with `scale`.
+            Unit of the samples (needed): ``"m/s"``, ``"um"``, ``"kPa"``, or ``"V"`` with `scale`.
         time
             Instants, s. Without them pass `sample_rate`.
         sample_rate
@@ -119,6 +121,9 @@ class Record:
         >>> time = np.arange(4000) / 5e6
         >>> record = Record.from_arrays(0.1 * np.sin(2 * np.pi * 73e3 * time), unit="m/s", time=time)  # doctest: +SKIP
         """
+        if others or not unit:
+            found = f"{1 + len(others)} arrays by position" if others else "no unit"
+            raise TypeError(f"from_arrays: expected the samples alone and their unit, found {found}; write from_arrays(values, time=time, unit='mm/s')")
         for what, array in (("values", values), ("time", time)):
             if array is not None and np.ma.is_masked(array):
                 raise native.UsageError(
@@ -412,8 +417,18 @@ class Spectrum:
         return pandas.DataFrame({f"amplitude_{_suffix(self.features['unit'])}": self.amplitude}, index=index)
 
 
+def refuse_data(found: object) -> None:
+    """Raise ``TypeError`` if this is neither a record nor the path of one."""
+    if not isinstance(found, (Record, str, os.PathLike)):
+        raise TypeError(
+            f"expected a granchain.Record or the path of a file, found {type(found).__name__}; "
+            "make a record of arrays: granchain.Record.from_arrays(values, time=time, unit='mm/s')"
+        )
+
+
 def as_record(record: Record | StrPath, kind: Kind | None, **reading: Unpack[ReadingOptions]) -> Record:
     """A record, read where a file is named."""
+    refuse_data(record)
     return record if isinstance(record, Record) else read(record, kind=kind, **reading)
 
 

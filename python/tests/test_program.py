@@ -42,3 +42,13 @@ def test_ctrl_c_ends_the_script_with_130(twin: Path, tmp_path: Path) -> None:
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=300)
     assert running.returncode == 130 and "--resume" in said and "Traceback" not in said, said
+
+
+def test_the_interpreter_ends_while_a_daemon_thread_calibrates(twin: Path) -> None:
+    script = f"""
+import threading, time, granchain
+threading.Thread(target=granchain.calibrate, args=({str(twin / "vib.csv")!r},), daemon=True).start()
+time.sleep(1)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

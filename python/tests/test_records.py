@@ -113,3 +113,28 @@ def test_masked_samples_are_refused_and_a_mask_without_any_is_read() -> None:
         granchain.Record.from_arrays(samples, unit="m/s", sample_rate=1e6)
     with pytest.raises(granchain.UsageError, match="`time`: expected samples without a mask"):
         granchain.Record.from_arrays(samples.data, unit="m/s", time=np.ma.masked_less(np.arange(500) * 1e-6, 2e-6))
+
+
+def test_what_is_passed_in_the_wrong_place_is_answered_with_the_right_call() -> None:
+    time, values = np.arange(4000) / 5e6, np.sin(2 * np.pi * 73e3 * np.arange(4000) / 5e6)
+    for wrong in (lambda: granchain.Record.from_arrays(time, values), lambda: granchain.Record.from_arrays(time, values, unit="m/s")):
+        with pytest.raises(TypeError, match=r"2 arrays by position; write from_arrays\(values, time=time, unit="):
+            wrong()
+    with pytest.raises(TypeError, match="no unit"):
+        granchain.Record.from_arrays(values, time=time)
+    frame = pytest.importorskip("pandas").DataFrame({"time_us": time, "velocity_mm_per_s": values})
+    for data in (frame, values, [values], 3.0):
+        with pytest.raises(TypeError, match="Record.from_arrays"):
+            granchain.spectrum(data)  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match="Record.from_arrays"):
+            granchain.calibrate(data)  # type: ignore[arg-type]
+
+
+def test_numbers_without_a_unit_are_shown_without_one() -> None:
+    alpha = granchain.Parameter(0.7, 0.69, 0.71, 0.7, "1", (0.1, 2.0), False)
+    assert str(alpha) == "0.7000   90 % 0.6900 … 0.7100"
+
+
+def test_a_flag_in_a_message_is_a_keyword_with_its_value_alone() -> None:
+    with pytest.raises(granchain.SceneError, match=r"set='chain\.bead=5': unknown key"):
+        granchain.Scene("annulus", {"chain.bead": 5})

@@ -17,13 +17,13 @@ use crate::{
     calibration::problem::DEFAULT_SEED,
     model::{self, ModelError, Prepared, reduced::Cache},
     scene::{Limits, ModelKind, Scene},
-    signal::{Dimension, Quantity},
+    signal::{Dimension, Quantity, visible_json},
 };
 
 use super::{
     calibrated::Calibrated,
     level::level,
-    output::{OutputError, OutputFolder, print, shown_on, visible_json},
+    output::{OutputError, OutputFolder, print, shown_on},
 };
 
 /// Most threads a core, and how many are no matter on any machine.

@@ -14,7 +14,7 @@ use crate::{
     measurement::{
         ReadOptions,
         read_back::{SMALL, read_back_text},
-        sha256,
+        sha256, shell_word,
     },
     scene::ModelKind,
 };
@@ -80,7 +80,8 @@ impl Calibrated {
             if folder.exists() {
                 return format!("{}: expected the outcome of a calibration", path.display());
             }
-            format!("{0}: no such folder; make one with `granchain calibrate --out {0}`", folder.display())
+            let shown = folder.display().to_string();
+            format!("{shown}: no such folder; make one with `granchain calibrate --out {}`", shell_word(&shown))
         })?;
         if output::is_altered(&path)? {
             bail!(

@@ -5,7 +5,6 @@ use std::{
     path::PathBuf,
 };
 
-use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
@@ -18,7 +17,7 @@ use super::{
     Outcome,
     arguments::{Session, drive_frequency, one_of, usage},
     inspect::{self, KINDS},
-    output::{refuse_existing, write_atomically},
+    output::{refuse_existing, write_new},
     reading::ReadArguments,
 };
 
@@ -60,7 +59,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         ReadOptions { baseline: Baseline::None, ..arguments.reading.options_of_any(kind, arguments.drive_frequency)? };
     let record = inspect::read(file, kind, &options)?;
     let bytes = if extension == "csv" { table(&record).into_bytes() } else { universal(&record, arguments.text) };
-    write_atomically(out, &bytes).with_context(|| format!("{}: the record cannot be written", out.display()))?;
+    write_new(out, &bytes, "the record ", "")?;
     inspect::warn(&record, session);
     let written = Written {
         file: file.display().to_string(),

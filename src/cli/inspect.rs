@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::{
     measurement::{
         MeasurementError, NoiseSource, PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement,
-        inspect_record, read_back::read_text, read_record,
+        inspect_record, read_back::read_text, read_record, shell_word,
     },
     signal::Dimension,
 };
@@ -111,7 +111,8 @@ fn other_file(file: &Path) -> Option<String> {
     let text = is_toml(file).then(|| read_text(file).ok()).flatten()?;
     let table: toml::Table = text.parse().ok()?;
     let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
-    let shown = file.display();
+    let shown = file.display().to_string();
+    let shown = shell_word(&shown);
     if has(&["measured", "record", "fit", "evaluations", "parameters"]) {
         Some(format!("this is a plan, not a record; use `granchain calibrate --plan {shown}`"))
     } else if has(&["vibrometer", "horn-tip", "hydrophone"]) && !has(&["chain"]) {

@@ -1,10 +1,16 @@
-//! Ctrl-C, and what else asks a process to end: the first time the running work is asked to stop, the second time the process is stopped.
+//! Ctrl-C, and what else asks a process to end.
 //!
-//! Long work polls [`requested`] (the progress callback of a model is the place) and returns an error, so that staged
-//! output is removed on the way out and saved state is left whole. The exit code is then 128 + the number of the signal, as shells expect
-//! of a command ended by one: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. A SIGHUP that `nohup` asked to be ignored is ignored.
+//! Work that polls [`requested`] (the progress callback of a model is the place) returns an error, so that what it saved is named on the way
+//! out. Whatever has not ended after [`PATIENCE`], or at a second signal, is ended here: what was being written is removed, a state that can be resumed
+//! stays. Only work that saves its state once it is asked to, [`saves_first`], has the time that it needs. The exit code is 128 + the number of
+//! the signal, as shells expect of a command ended by one: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. A SIGHUP that
+//! `nohup` asked to be ignored is ignored.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::{
+    io::Write,
+    sync::atomic::{AtomicBool, AtomicU8, Ordering},
+    time::Duration,
+};
 
 use super::output;
 
@@ -12,8 +18,14 @@ const SIGHUP: u8 = 1;
 const SIGINT: u8 = 2;
 const SIGTERM: u8 = 15;
 
+/// How long the work may take to notice a signal.
+const PATIENCE: Duration = Duration::from_millis(80);
+
 /// The signal that asked; 0 before.
 static REQUESTED: AtomicU8 = AtomicU8::new(0);
+
+/// Whether the work saves its state once it is asked to end.
+static SAVES: AtomicBool = AtomicBool::new(false);
 
 /// Why a command ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -49,11 +61,24 @@ pub fn check() -> Result<(), Interrupted> {
     if requested() { Err(Interrupted) } else { Ok(()) }
 }
 
+/// Let the running work end at its own time, as it saves its state first.
+pub fn saves_first() {
+    SAVES.store(true, Ordering::Relaxed);
+}
+
 fn ask(signal: u8) {
-    if REQUESTED.swap(signal, Ordering::SeqCst) != 0 {
-        output::remove_staged();
-        std::process::exit(128 + i32::from(signal));
+    if REQUESTED.swap(signal, Ordering::SeqCst) == 0 {
+        if SAVES.load(Ordering::Relaxed) {
+            return;
+        }
+        std::thread::sleep(PATIENCE);
+        let Some(kept) = output::abandon(true) else { return };
+        // Without a standard error there is nobody left to tell.
+        let _ = write!(std::io::stderr().lock(), "{}error: {Interrupted}\n{kept}", output::line_cleared());
+    } else {
+        output::abandon(false);
     }
+    std::process::exit(128 + i32::from(signal));
 }
 
 /// Start listening; called once by the frame.

@@ -27,6 +27,7 @@ pub mod reading;
 mod removed;
 pub mod replay;
 pub mod scene;
+mod slip;
 pub mod spectrum;
 pub mod start;
 pub mod summary;
@@ -43,6 +44,7 @@ use self::arguments::{OutputArguments, Session};
 use crate::{
     calibration::{fit::Verdict, parameter::Parameter},
     measurement::{MeasurementError, shell_line},
+    signal::visible,
 };
 
 /// How a command ended that did not fail.
@@ -98,8 +100,7 @@ const SESSION_FLAGS: &str =
     "Session flags of every command: --json --quiet --threads N --seed N --cache DIR --no-limits (granchain --help)";
 
 const OUT_OF_CALIBRATE: &str = "Folder for the results, written as a whole or not at all [default: calibrations/NAME]";
-const BENCH_OF_ANY_KIND: &str =
-    "File that says how each channel is read (docs/formats.md), flags win over it; needs --kind";
+const BENCH_OF_ANY_KIND: &str = "File that says how each channel is read (docs/formats.md), not what stands on the bench; flags win over it; needs --kind";
 const DRIVE_OF_CALIBRATE: &str = "Horn-tip record that drives the piston; `none`: always the scene's drive [default: horn_tip.csv in the folder of \
                                   the record, else the scene's drive]";
 const MODEL_OF_CALIBRATE: &str =
@@ -155,7 +156,8 @@ impl CommandLine {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 input or run failed; 2 usage; 3 finished unconverged; 4 outside scatter, with --strict; 130, 143, 129 stopped by \
-Ctrl-C, SIGTERM, SIGHUP.\nFlags need units: 73kHz, 0.5um, \"0.3 N s/m\"; `--set`, `--bounds`, `--uncertainty` take SI where none is given.";
+Ctrl-C, SIGTERM, SIGHUP.\nFlags need units: 73kHz, 0.5um, \"0.3 N s/m\"; `--set`, `--bounds`, `--uncertainty` take SI where none is given.\n\
+Also: `granchain completions SHELL`, `granchain man`.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -300,14 +302,7 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
     let arguments = std::iter::once(program).chain(subcommand.map(OsString::from)).chain(given);
     let CommandLine { command, session, .. } = match CommandLine::of(arguments) {
         Ok(line) => line,
-        Err(usage) => {
-            // The only thing that can fail here is the terminal itself.
-            let _ = usage.print();
-            if let Some(instead) = removed::instead_of(&usage) {
-                let _ = writeln!(std::io::stderr().lock(), "\n{instead}");
-            }
-            return u8::try_from(usage.exit_code()).unwrap_or(2);
-        }
+        Err(usage) => return explain(usage),
     };
     let outcome = interrupt::watch()
         .map_err(anyhow::Error::from)
@@ -325,6 +320,28 @@ pub fn run_typed(typed: Vec<OsString>, subcommand: Option<&str>) -> u8 {
             interrupt::exit_code().unwrap_or(1)
         }
     }
+}
+
+/// Print help or version, or why what was typed is no command and what was probably meant; returns the exit code.
+fn explain(mut usage: clap::Error) -> u8 {
+    if !usage.use_stderr() {
+        let printed = usage.print().and_then(|()| std::io::stdout().flush());
+        return match printed {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                report_failure(&anyhow::Error::from(error).context("standard output cannot be written"));
+                1
+            }
+            _ => 0,
+        };
+    }
+    let command = command_line();
+    slip::without_hidden(&mut usage, &command);
+    let typed: Vec<String> = typed().skip(1).collect();
+    let instead = removed::instead_of(&usage).or_else(|| slip::meant(&usage, &typed, &command));
+    let instead = instead.map(|instead| format!("\n{instead}\n")).unwrap_or_default();
+    // Without a standard error there is nobody left to tell.
+    let _ = write!(std::io::stderr().lock(), "{}{}", visible(&usage.render().to_string()), visible(&instead));
+    u8::try_from(usage.exit_code()).unwrap_or(2)
 }
 
 /// What went wrong, then one `  because …` line for each cause that says something new.

@@ -8,7 +8,7 @@ mod columns;
 mod folder;
 mod list;
 mod page;
-mod terminal;
+mod staged;
 mod work;
 
 use std::{
@@ -22,11 +22,14 @@ use console::Term;
 
 use columns::{broken, columns_of};
 
+use crate::signal::visible;
+
 pub use columns::{WIDEST, aligned};
-pub use folder::{NOTHING_SAVED, OutputFolder, remove_staged, same_plan};
-pub use list::{LIST, files_below, is_altered};
+pub use folder::{NOTHING_SAVED, OutputFolder, PLAN, same_plan};
+pub use list::{LIST, files_below, is_altered, list_faults};
 pub use page::{publish, set_flags};
-pub use terminal::{visible, visible_json};
+use staged::Staged;
+pub use staged::{abandon, publishing};
 
 /// Results that commands of several kinds have.
 const COMMON: [&str; 6] =
@@ -129,6 +132,15 @@ pub fn written_atomically<E: From<OutputError>>(
     path: &Path,
     make: impl FnOnce(&mut dyn Write) -> Result<(), E>,
 ) -> Result<(), E> {
+    written(path, true, make)
+}
+
+/// The same, or an error instead of it where there is such a file and it is not to be replaced.
+fn written<E: From<OutputError>>(
+    path: &Path,
+    replace: bool,
+    make: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+) -> Result<(), E> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -141,36 +153,64 @@ pub fn written_atomically<E: From<OutputError>>(
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(OutputError::io("create a file", folder))?;
+    let made = Staged::made(|| builder.tempfile_in(folder), |file| (file.path().into(), Vec::new(), false));
+    let (mut file, _staged) = made.map_err(OutputError::io("create a file", folder))?;
     let mut buffered = io::BufWriter::with_capacity(BUFFER, &mut file);
     make(&mut buffered)?;
     buffered.flush().map_err(OutputError::io("write", path))?;
     drop(buffered);
     file.as_file().sync_all().map_err(OutputError::io("write", path))?;
-    file.persist(path).map_err(|error| OutputError::Io {
-        action: "rename to",
-        path: path.into(),
-        source: error.error,
-    })?;
+    let persisted = match replace {
+        true => file.persist(path),
+        // A file system may have no way to rename unless there is such a file.
+        false => file.persist_noclobber(path).or_else(|failed| match failed.error.kind() {
+            io::ErrorKind::AlreadyExists => Err(failed),
+            _ => failed.file.persist(path),
+        }),
+    };
+    persisted.map_err(|error| OutputError::Io { action: "rename to", path: path.into(), source: error.error })?;
     sync_folder(folder);
     Ok(())
 }
 
-/// Refuse to write a file that is there; `how` another is named, such as ` with --out`.
+/// A folder for files that nobody keeps.
+pub fn scratch() -> io::Result<Scratch> {
+    let (folder, staged) = Staged::made(tempfile::tempdir, |folder| (folder.path().into(), Vec::new(), false))?;
+    Ok(Scratch { folder, _staged: staged })
+}
+
+/// A folder that goes with the value.
+pub struct Scratch {
+    folder: tempfile::TempDir,
+    _staged: Staged,
+}
+
+impl Scratch {
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Refuse to write a file that is there, or a link that leads nowhere; `how` another is named, such as ` with --out`.
 pub fn refuse_existing(path: &Path, how: &str) -> anyhow::Result<()> {
-    if path.exists() { Err(existing(path, how)) } else { Ok(()) }
+    if path.symlink_metadata().is_ok() { Err(existing(path, how)) } else { Ok(()) }
 }
 
 fn existing(path: &Path, how: &str) -> anyhow::Error {
     anyhow::anyhow!("{}: the file exists; name another{how}, or delete it first", path.display())
 }
 
-/// Write a file that is not there yet; `what` it is, such as `the scene file `.
+/// Write a file that is not there yet, whole or not at all; `what` it is, such as `the scene file `.
 pub fn write_new(path: &Path, bytes: &[u8], what: &str, how: &str) -> anyhow::Result<()> {
-    let open = fs::OpenOptions::new().write(true).create_new(true).open(path);
-    match open.and_then(|mut file| file.write_all(bytes)) {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(existing(path, how)),
-        written => written.with_context(|| format!("{}: {what}cannot be written", path.display())),
+    refuse_existing(path, how)?;
+    match written(path, false, |file| file.write_all(bytes).map_err(OutputError::io("write", path))) {
+        Err(OutputError::Io { source, .. }) if source.kind() == io::ErrorKind::AlreadyExists => {
+            Err(existing(path, how))
+        }
+        Err(OutputError::Io { source, .. }) => {
+            Err(source).with_context(|| format!("{}: {what}cannot be written", path.display()))
+        }
+        written => Ok(written?),
     }
 }
 
@@ -185,6 +225,11 @@ fn sync_folder(folder: &Path) {
 pub fn shown_on(stream: &Term, text: &str) -> String {
     let text = visible(text);
     columns_of(stream).map_or_else(|| text.clone().into_owned(), |columns| broken(&text, columns, &super::program()))
+}
+
+/// What clears the line of a progress bar, on a terminal.
+pub fn line_cleared() -> &'static str {
+    if Term::stderr().is_term() { "\r\x1b[K" } else { "" }
 }
 
 /// Write to standard output, as it is.

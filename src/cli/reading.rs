@@ -107,7 +107,7 @@ impl DriveReadArguments {
 pub struct ReadArguments {
     #[command(flatten)]
     pub channel: ChannelArguments,
-    /// File that says how each channel is read (docs/formats.md); flags win over it
+    /// File that says how each channel is read (docs/formats.md), not what stands on the bench (--scene); flags win over it
     #[arg(long, value_name = "FILE", help_heading = "Reading")]
     pub bench: Option<PathBuf>,
 }

@@ -30,9 +30,9 @@ use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws},
-    report::{hydrophone, replay::ReplayReport},
+    report::{hydrophone, number::significant, replay::ReplayReport},
     response::{EnergyBalance, ObservedPoint, Response, SolverWork, write_csv},
-    scene::{Effect, ModelKind, Scene, Support, effects},
+    scene::{Effect, Integrator, ModelKind, Scene, Support, effects},
     study::{
         Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation,
         published::{Published, published},
@@ -221,12 +221,17 @@ impl Job<'_> {
             }
             measured => Some(measured?),
         };
+        let by_tolerance = match (&features, &kept) {
+            (Some(features), Some(prepared)) => by_tolerance(scene, prepared, features, settings),
+            _ => None,
+        };
+        session.warn(&by_tolerance);
+        assumptions.extend(by_tolerance);
         let window = features.as_ref().map(|features| features.window).or(settings.window);
         let window = window.unwrap_or_else(|| Window::whole(response.observed_velocity()));
         let pressure = pressures(scene, &response, window)?;
         timing.stage("features");
         let spread = plan.map(|plan| ensemble::run_on(&Bodies::new(session.cache()), scene, &plan)).transpose()?;
-        interrupt::check()?;
         timing.stage("ensemble");
         let prepared = || kept.map_or_else(|| session.prepare(scene), Ok);
         let field = field::make(&arguments.field, scene, prepared, window)?;
@@ -275,6 +280,32 @@ pub fn pressures(scene: &Scene, response: &Response, window: Window) -> Result<V
     .collect()
 }
 
+/// By how much finer the steps of a second run are, and the change of a peak that is worth a warning, 1.
+const FINER: f64 = 0.01;
+const WORTH_A_WARNING: f64 = 0.01;
+
+/// Warning where the peaks of a chain depend on the tolerance of its steps: motion so sensitive has no peaks of its own, only a distribution of them.
+fn by_tolerance(scene: &Scene, prepared: &Prepared, features: &Features, settings: &FeatureSettings) -> Option<String> {
+    let (ModelKind::Chain, Integrator::DormandPrince853 { tolerance }) = (scene.model.kind, scene.model.integrator)
+    else {
+        return None;
+    };
+    let mut finer = scene.clone();
+    finer.model.integrator = Integrator::DormandPrince853 { tolerance: (FINER * tolerance).max(f64::EPSILON) };
+    let response = prepared.run(&finer, &mut |_| !interrupt::requested()).ok()?;
+    let other = observation::measure_response(&finer, &response, settings).ok()?.peaks;
+    let peaks = [(features.peaks.positive, other.positive), (features.peaks.negative, other.negative)];
+    let change = peaks.map(|(one, other)| (one / other - 1.0).abs()).into_iter().fold(0.0, f64::max);
+    (change > WORTH_A_WARNING).then(|| {
+        format!(
+            "with steps {:.0} times finer (model.tolerance) a peak changes by {} %: the motion is chaotic, and single peaks mean little; compare averages \
+             over runs (--ensemble N)",
+            FINER.recip(),
+            significant(100.0 * change, 2)
+        )
+    })
+}
+
 fn run(prepared: &Prepared, scene: &Scene, session: &Session) -> anyhow::Result<Response> {
     let bar = progress::simulated_time(session, "simulated time");
     let forecast = Forecast::new(session, "the run");
@@ -303,7 +334,6 @@ fn write(
     folder.write("response.csv", table)?;
     folder.write("scene.toml", scene.to_toml())?;
     folder.write("summary.json", summary::json(summary)?)?;
-    interrupt::check()?;
     timing.stage("write");
     let seen = observation::seen(scene, response.observed_velocity());
     let others = hydrophone::figures(response, summary.pressure.iter().map(|point| &point.features))?;

@@ -17,13 +17,13 @@ use bench::BenchChoice;
 use super::{
     Outcome,
     arguments::Session,
-    output::{self, print, visible},
+    output::{self, print},
 };
 use crate::{
     measurement::shell_word,
     model::contact_law::{ElasticLaw, Hertz, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness},
-    scene::{self, BUILT_IN, DriveKind, Effect, KEYS, ModelKind, Scene, SettingValue, Support},
-    signal::{Dimension, Quantity},
+    scene::{self, BUILT_IN, DriveKind, Effect, KEYS, Material, ModelKind, Scene, SettingValue, Support},
+    signal::{Dimension, Quantity, visible},
 };
 
 #[derive(Debug, Args)]
@@ -257,12 +257,19 @@ fn bodies(scene: &Scene) -> Vec<(&'static str, String)> {
     } else {
         format!("{} to {}", show(lightest, Dimension::MASS), show(heaviest, Dimension::MASS))
     };
-    vec![
+    let materials = scene.materials_in_use().into_iter().map(|material| {
+        let Material { name, youngs_modulus, poissons_ratio, density } = material;
+        let (modulus, density) = (show(*youngs_modulus, Dimension::PRESSURE), show(*density, Dimension::DENSITY));
+        ("material", format!("{name}: E {modulus}, ν {poissons_ratio}, ρ {density}"))
+    });
+    let mut rows: Vec<_> = materials.collect();
+    rows.extend([
         ("mass of a bead", mass),
         ("mass of the chain", show(beads.iter().map(scene::Bead::mass).sum(), Dimension::MASS)),
         ("length of the chain", show(beads.iter().map(|bead| 2.0 * bead.radius).sum(), Dimension::LENGTH)),
         ("contacts", scene.chain.gaps.len().to_string()),
-    ]
+    ]);
+    rows
 }
 
 /// What follows from a scene without running it.

@@ -19,13 +19,14 @@ use super::{
     Outcome,
     arguments::{Session, usage},
     inspect, mesh,
-    output::{refuse_existing, write_new},
+    output::{publishing, refuse_existing, write_new},
     program,
     reading::{ChannelArguments, DriveReadArguments, ReadArguments, shown},
     scene as scene_command, typed,
 };
 use crate::{
     calibration::{
+        measured::swapped,
         parameter::Parameter,
         plan::{Plan, ReadAs, ReadRequest, RecordPlan},
     },
@@ -124,18 +125,28 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
     let name = arguments.scene.as_deref().unwrap_or(usual);
     let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
     let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
-    write_new(&arguments.out, plan.as_bytes(), "", OUT)?;
-    let drawn = match mesh::picture(&loaded.scene) {
-        Ok(png) => write_new(&picture, &png, "", OUT).map(|()| Some(picture))?,
-        Err(error) => {
-            session.note(format_args!("warning: the bench is not drawn: {error:#}"));
-            None
-        }
-    };
+    let drawn = mesh::picture(&loaded.scene);
+    // Both files or none.
+    publishing(|| {
+        drawn.as_ref().map_or(Ok(()), |png| write_new(&picture, png, "", OUT))?;
+        let written = write_new(&arguments.out, plan.as_bytes(), "", OUT);
+        written.inspect_err(|_| {
+            if drawn.is_ok() {
+                _ = std::fs::remove_file(&picture)
+            }
+        })
+    })?;
+    let drawn = drawn.map(|_| picture);
+    let drawn =
+        drawn.inspect_err(|error| session.note(format_args!("warning: the bench is not drawn: {error:#}"))).ok();
     for record in [Some(bead), horn.as_ref()].into_iter().flatten() {
         inspect::warn(record, session);
     }
     let frequency = horn.as_ref().and_then(Record::strongest_line);
+    let suspect = horn.as_ref().zip(frequency).filter(|_| bead.kind == RecordKind::Vibrometer);
+    let suspect = suspect.and_then(|(horn, frequency)| swapped(bead, &horn.path, frequency, &horn.series));
+    session
+        .warn(suspect.map(|why| format!("{}: {why}: exchange the two files or channels if so", bead.path.display())));
     let text = summary(arguments, &files, (name, &loaded.scene), drawn.as_deref())?;
     session.result(
         text,

@@ -18,7 +18,7 @@ use super::{
     experiment,
     forecast::Forecast,
     interrupt::{self, Interrupted},
-    output::{NOTHING_SAVED, OutputFolder, same_plan},
+    output::{NOTHING_SAVED, OutputFolder, PLAN, same_plan},
     parts::{self, Divisible, PartArguments, Parts},
     progress,
     reading::ReadArguments,
@@ -63,8 +63,6 @@ pub struct Arguments {
     pub reading: ReadArguments,
 }
 
-/// Name of the plan among the state files.
-const PLAN: &str = "plan.json";
 /// Name of the log of finished runs.
 const RUNS: &str = "runs.jsonl";
 
@@ -130,7 +128,7 @@ impl Study {
         let plan = self.plan()?;
         let (folder, scratch) = match &self.output.out {
             Some(out) => (Some(OutputFolder::resumable(out, &RESULTS, COMMAND, resume, self.output.force)?), None),
-            None => (None, Some(tempfile::tempdir()?)),
+            None => (None, Some(super::output::scratch()?)),
         };
         let state = match (&folder, &scratch) {
             (Some(folder), _) => folder.state_path(),

@@ -25,7 +25,7 @@ use super::{
         files::{self, Files, Stop},
         manifest::{self, Manifest},
     },
-    output::{LIST, files_below},
+    output::{LIST, files_below, list_faults},
     summary,
     timing::{self, Timing},
 };
@@ -100,7 +100,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let manifest = read_manifest(&folder)?;
     let (stored, unknown) = read(&folder, &manifest)?;
     // The folder for the inputs goes when this is dropped.
-    let place = tempfile::tempdir().context("a folder for the inputs cannot be made")?;
+    let place = super::output::scratch().context("a folder for the inputs cannot be made")?;
     let session = elsewhere(session.clone())?;
     if let Some(inputs) = &inputs {
         let here = inputs::stage(&manifest.inputs, inputs, place.path())?;
@@ -120,6 +120,13 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         comparison.digests(name, manifest.files.get(name), found);
     }
     comparison.names(&manifest, &derived);
+    let own = [manifest::FILE, timing::FILE];
+    for fault in list_faults(&folder, |name| manifest.files.contains_key(name) || own.contains(&name))? {
+        // What the manifest tells to be altered needs no second witness.
+        if !comparison.differences.iter().any(|difference| difference.place.starts_with(&fault.name)) {
+            comparison.differ(fault.place.into(), "as it was written", fault.found);
+        }
+    }
     let verification = Verification {
         folder,
         verified: comparison.differences.is_empty(),

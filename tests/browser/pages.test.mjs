@@ -35,6 +35,28 @@ test("no page overflows, complains or asks the network for anything, at 1200 and
   }
 });
 
+test("a page runs no script, loads no picture and asks nothing that is not its own", async () => {
+  for (const [name, path] of Object.entries(fresh)) {
+    const { page, close } = await open(browser, path);
+    const refused = await page.evaluate(async () => {
+      const directives = [];
+      document.addEventListener("securitypolicyviolation", (event) => directives.push(event.effectiveDirective));
+      const script = document.createElement("script");
+      script.textContent = "window.foreign = true";
+      const style = document.createElement("style");
+      style.textContent = "p { display: none }";
+      const image = document.createElement("img");
+      image.src = "https://example.org/a.png";
+      document.body.append(script, style, image);
+      await fetch("https://example.org/").catch(() => {});
+      await new Promise((done) => setTimeout(done, 100));
+      return [...directives.sort(), window.foreign ?? "not run"];
+    });
+    assert.deepEqual(refused, ["connect-src", "img-src", "script-src-elem", "style-src-elem", "not run"], name);
+    await close();
+  }
+});
+
 test("every figure has a name, a text alternative and, where it is wider than the screen, a way to scroll", async () => {
   for (const [name, path] of Object.entries(all())) {
     const { page, close } = await open(browser, path, { width: 400 });

@@ -167,7 +167,7 @@ fn a_record_triggered_late_is_reported_wherever_it_begins() {
         fs::write(folder.path().join("cut.csv"), kept.join("\n") + "\n").unwrap();
         let (code, _, said) = calibrate(&["--dry-run"]);
         assert_eq!(code, 0, "{said}");
-        assert_eq!(said.contains("the record begins inside the answer"), late, "{cut} µs: {said}");
+        assert_eq!(said.contains("the record begins inside the response"), late, "{cut} µs: {said}");
     }
     // What is left of the last one is laid by its end, and tells the same.
     let (code, _, said) = calibrate(&["--model", "chain", "--quiet", "--out", "out"]);

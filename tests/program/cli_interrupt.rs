@@ -159,6 +159,96 @@ fn ctrl_c_in_a_replay_leaves_nothing() {
     assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
 }
 
+/// Longest time from a signal to the end of the process: 0.2 s are promised, the rest is for a busy machine.
+const PROMPT: Duration = Duration::from_millis(500);
+
+/// Send SIGTERM after `delay`; how long the command then took to end, if it had not ended before.
+fn heard(place: &Path, arguments: &[&str], delay: Duration) -> Option<Duration> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_granchain"));
+    command.args(arguments).args(["--cache", "none"]).current_dir(place).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    std::thread::sleep(delay);
+    if child.try_wait().unwrap().is_some() {
+        return None;
+    }
+    let sent = Instant::now();
+    send("-TERM", &child);
+    let ended = child.wait_with_output().unwrap();
+    let took = sent.elapsed();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    match ended.status.code() {
+        Some(143) => assert!(said.contains("stopped by SIGTERM"), "{arguments:?}: {said}"),
+        // It was done, and only had to say so.
+        code => assert!(code == Some(0) && took < PROMPT, "{arguments:?}: {code:?}: {said}"),
+    }
+    Some(took)
+}
+
+#[test]
+fn every_long_command_hears_a_signal_at_once_and_leaves_nothing_half_made() {
+    let place = tempfile::tempdir().unwrap();
+    let wave = |i: u32| (f64::from(i) * 0.09).sin() * f64::from(i.saturating_sub(2000).min(4000)) / 4.0;
+    for (name, unit) in [("vib.csv", "velocity_um_per_s"), ("horn_tip.csv", "displacement_pm")] {
+        let rows: String = (0..500_000).map(|i| format!("{:.1},{:.2}\n", f64::from(i) * 0.2, 1e2 * wave(i))).collect();
+        fs::write(place.path().join(name), format!("time_us,{unit}\n{rows}")).unwrap();
+    }
+    for name in ["record.csv", "scene.toml", "plan.toml"] {
+        assert!(Command::new("mkfifo").arg(place.path().join(name)).status().unwrap().success());
+    }
+    let names = || {
+        let names = fs::read_dir(place.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        names.collect::<std::collections::BTreeSet<_>>()
+    };
+    let before = names();
+    let commands: [&[&str]; 11] = [
+        &["mesh", "--scene", "annulus", "--density", "60", "--out", "new/mesh"],
+        &["calibrate", "--measured", "vib.csv", "--dry-run", "--out", "new/look"],
+        &["start", "vib.csv", "horn_tip.csv", "--out", "begun.toml"],
+        &["spectrum", "vib.csv", "--out", "new/spectrum"],
+        &["inspect", "vib.csv"],
+        &["convert", "vib.csv", "vib.uff"],
+        &[
+            "sweep",
+            "--scene",
+            "annulus",
+            "--model",
+            "chain",
+            "--vary",
+            "alpha=0.4,0.5",
+            "--ensemble",
+            "300",
+            "--out",
+            "new/sweep",
+        ],
+        &["accuracy", "--scene", "annulus", "--out", "new/accuracy"],
+        &["inspect", "record.csv"],
+        &["scene", "check", "scene.toml"],
+        &["calibrate", "--plan", "plan.toml"],
+    ];
+    for arguments in commands {
+        let delays = [40, 150, 300, 700].map(Duration::from_millis);
+        let took: Vec<Duration> = delays
+            .into_iter()
+            .filter_map(|delay| {
+                let took = heard(place.path(), arguments, delay);
+                // A state that stays is one to go on from.
+                let runs = place.path().join("new/.sweep.unfinished/state/runs.jsonl");
+                assert!(!place.path().join("new/.sweep.unfinished").exists() || fs::read(runs).unwrap().len() > 1);
+                if names() != before {
+                    // What is there was finished.
+                    for new in names().difference(&before) {
+                        let path = place.path().join(new);
+                        assert!(!new.to_string_lossy().starts_with('.'), "{arguments:?} left {new:?}");
+                        if path.is_dir() { fs::remove_dir_all(path).unwrap() } else { fs::remove_file(path).unwrap() }
+                    }
+                }
+                took
+            })
+            .collect();
+        assert!(!took.is_empty() && took.iter().all(|took| *took < PROMPT), "{arguments:?}: {took:?}");
+    }
+}
+
 #[test]
 fn a_closed_pipe_ends_quietly() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_granchain"))

@@ -21,6 +21,7 @@ mod reduced_replay;
 mod report_calibration;
 
 mod scene_command;
+mod slips;
 mod spectrum_command;
 mod start_command;
 mod suggestions;

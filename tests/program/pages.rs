@@ -1,6 +1,7 @@
 //! Pages that show commands: each is run as it stands there, and what the page quotes of its output is compared with what it prints.
 
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -24,15 +25,18 @@ enum Part {
     Quoted(Vec<String>),
 }
 
-/// The indented commands and the `text` blocks of a page.
+/// The indented commands, the `text` blocks and the `console` blocks (commands behind `$`, and what they print) of a page.
 fn parts(page: &str) -> Vec<Part> {
     let mut parts = Vec::new();
     let mut quoted: Option<Vec<String>> = None;
     for line in page.lines() {
         match (&mut quoted, line) {
-            (None, "```text") => quoted = Some(Vec::new()),
+            (None, "```text" | "```console") => quoted = Some(Vec::new()),
             (Some(_), "```") => parts.extend(quoted.take().map(Part::Quoted)),
-            (Some(lines), line) => lines.push(line.to_owned()),
+            (Some(lines), line) => match line.strip_prefix("$ granchain ") {
+                Some(command) => parts.push(Part::Command(shell_words::split(command).unwrap())),
+                None => lines.push(line.to_owned()),
+            },
             (None, line) => {
                 let bin = line
                     .strip_prefix("    cargo run --release --bin calibrate -- ")
@@ -140,6 +144,48 @@ fn the_readme_runs_as_it_is_written_and_quotes_what_is_printed() {
 #[ignore = "slow, run by .ci/full"]
 fn the_tutorial_runs_as_it_is_written_and_quotes_what_is_printed() {
     assert!(holds("docs/tutorial.md") >= 10);
+}
+
+/// Numbers with a point of at least three digits outside the blocks of a page and its comments, as they are written.
+fn in_prose(page: &str) -> BTreeSet<String> {
+    let mut in_block = false;
+    let prose = page.lines().filter(|line| {
+        let fence = line.starts_with("```");
+        in_block ^= fence;
+        !(in_block || fence || line.starts_with("    ")) || line.starts_with("# ") && in_block
+    });
+    let is_number = |word: &&str| word.contains('.') && word.bytes().filter(u8::is_ascii_digit).count() >= 3;
+    let words = |line: &str| -> Vec<String> {
+        let words =
+            line.split(|letter: char| !letter.is_ascii_digit() && letter != '.').map(|word| word.trim_matches('.'));
+        words.filter(is_number).map(str::to_owned).collect()
+    };
+    prose.flat_map(words).collect()
+}
+
+/// Numbers in the prose of a page that no command of it prints: limits of ranges, a frequency of a bead.
+const STATED: [&str; 3] = ["0.01", "0.017", "2.65"];
+
+/// What a page says in a sentence, or another page of the tutorial's fits, stands in a quotation of the tutorial, which a test compares with what is
+/// printed.
+#[test]
+fn a_number_in_prose_is_one_that_is_quoted() {
+    let page = |name: &str| fs::read_to_string(Path::new(PROJECT).join(name)).unwrap();
+    let quoted: String = parts(&page("docs/tutorial.md"))
+        .into_iter()
+        .filter_map(|part| if let Part::Quoted(lines) = part { Some(lines.join("\n")) } else { None })
+        .collect();
+    for name in ["docs/tutorial.md", "docs/python.md"] {
+        let stray: Vec<String> = in_prose(&page(name))
+            .into_iter()
+            .filter(|number| !STATED.contains(&number.as_str()) && !quoted.contains(number.as_str()))
+            .collect();
+        assert!(stray.is_empty(), "{name}: not quoted of what a command prints: {stray:?}");
+    }
+    assert_eq!(
+        in_prose("α 0.6995\n```python\n# 0.7037, 1.5\nx = 0.123\n```\n    y 0.456\n"),
+        BTreeSet::from(["0.6995".into(), "0.7037".into()])
+    );
 }
 
 #[test]

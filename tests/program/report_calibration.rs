@@ -60,19 +60,6 @@ fn drawn() -> LawReport {
             RunPoint { parameters: vec![alpha, damping], misfit: (i != 77).then_some(misfit) }
         })
         .collect();
-    let mut best = f64::INFINITY;
-    let history = runs
-        .iter()
-        .enumerate()
-        .filter_map(|(i, run)| {
-            let misfit = run.misfit?;
-            (misfit < best).then(|| {
-                best = misfit;
-                (i as u64 + 1, misfit)
-            })
-        })
-        .chain([(600, 0.72)])
-        .collect();
     let grid = |centre: f64, half: f64| {
         (0..48).map(|i| centre * (half * (f64::from(i) / 23.5 - 1.0)).exp()).collect::<Vec<f64>>()
     };
@@ -90,7 +77,6 @@ fn drawn() -> LawReport {
         parameters: vec!["alpha".into(), "damping".into()],
         map: Some(DensityMap { x, y, density, accepted_level: 0.1 }),
         runs,
-        history,
         ..LawReport::default()
     }
 }

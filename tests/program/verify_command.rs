@@ -58,12 +58,38 @@ fn a_fresh_calibration_passes_and_an_altered_number_page_or_input_is_named() {
 
     let mut written = bench.contents("fresh");
     written.remove(".granchain");
+    let mut whole = bench.contents("fresh");
+    whole.insert("timing.json".into(), fs::read(bench.path("fresh/timing.json")).unwrap());
+    a_folder_and_its_list_are_held_against_each_other(&bench, &whole);
     altered_files_are_named(&bench, &written);
     another_processor_may_round(&bench, &written);
     the_manifest_is_checked(&bench, &written);
     the_inputs_are_checked(&bench);
     a_colleague_finds_the_inputs_under_other_names(&bench);
     what_is_not_there_is_said(&bench, &written);
+}
+
+/// One byte of the list, in its form, a digest or a name, and one of the times, which no manifest knows.
+fn a_folder_and_its_list_are_held_against_each_other(bench: &Bench, written: &BTreeMap<String, Vec<u8>>) {
+    let list = String::from_utf8(written[".granchain"].clone()).unwrap();
+    let at = |text: &str| list.find(text).unwrap();
+    let page = at("  report.html");
+    for (name, at) in
+        [(".granchain", 3), (".granchain", page - 1), (".granchain", page + 4), (".granchain", at("sealed"))]
+            .into_iter()
+            .chain([("timing.json", written["timing.json"].len() / 2), ("timing.json", 8)])
+    {
+        let mut altered = written.clone();
+        altered.get_mut(name).unwrap()[at] ^= 1;
+        lay(&altered, &bench.path("listed"));
+        let output = verify(bench, &["listed"]);
+        assert_eq!(code(&output), 1, "{name}:{at}: {}", stdout(&output));
+        assert!(stdout(&output).lines().any(|line| line.trim_end() == name), "{name}:{at}: {}", stdout(&output));
+    }
+    let mut part = written.clone();
+    part.remove("report.html");
+    lay(&part, &bench.path("part"));
+    assert_eq!(code(&verify(bench, &["part"])), 0, "what is not there is no fault of the list");
 }
 
 /// Every file at once with another digit: numbers are named by their place, pages and pictures by their digest.

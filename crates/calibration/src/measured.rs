@@ -10,7 +10,7 @@ use super::{
     refusal::Refusal,
 };
 use granchain_model::scene::Scene;
-use granchain_record::{Beginning, PublishedFeatures, ReadOptions, Record, RecordKind, read_record};
+use granchain_record::{Beginning, HornDrive, PublishedFeatures, ReadOptions, Record, RecordKind, read_record};
 use granchain_signal::{
     Series, about_running_mean,
     feature::{Measurand, Window, fingerprint::FeatureSet, line_amplitude},
@@ -84,9 +84,13 @@ impl Measured {
         }
         let place = record.path.display();
         assumptions.extend(record.assumptions.iter().map(|text| format!("{place}: {text}")));
-        if let Some(text) = drive.and_then(|drive| swapped(&record, drive)) {
-            record.warnings.insert(0, text);
-        }
+        let suspect = drive.and_then(|drive| {
+            let HornDrive { drive_frequency, displacement, .. } = &drive.motion;
+            swapped(&record, &drive.input.path, *drive_frequency, displacement)
+        });
+        record
+            .warnings
+            .splice(0..0, suspect.map(|why| format!("{why}: swap --measured and --drive if the files are swapped")));
         if record.kind == RecordKind::Vibrometer {
             refuse_other_drive(&record, scene.drive.frequency)?;
         }
@@ -218,9 +222,9 @@ const STRUCK: f64 = 0.8;
 /// Least displacement of a bead pushed into its support, over the remaining amplitude; a horn returns.
 const MOVED_ON: f64 = 0.5;
 
-/// Warning that the two files may be swapped: the horn record looks like a bead and the bead record like a horn.
-fn swapped(record: &Record, drive: &RecordedDrive) -> Option<String> {
-    let (frequency, x) = (drive.motion.drive_frequency, &drive.motion.displacement);
+/// Why the two files may be swapped: the horn's displacement `x` (m, read from `path`) looks like a bead's and the record of the bead like a horn's.
+/// `frequency`: of the drive, Hz.
+pub fn swapped(record: &Record, path: &Path, frequency: f64, x: &Series) -> Option<String> {
     let share = |series: &Series| {
         let window = Window::of_trace(series, frequency).ok()?;
         let samples = &series.values[window.indices(series)];
@@ -237,10 +241,10 @@ fn swapped(record: &Record, drive: &RecordedDrive) -> Option<String> {
     (bead > PURE && (horn < STRUCK || moved_on > MOVED_ON)).then(|| {
         format!(
             "{:.0} % of its motion is at {:.4} kHz as a horn's is; of what is said to be the horn's ({}) {:.0} %, and it moves on by {:.0} % of its \
-             amplitude as a struck bead does: swap --measured and --drive if the files are swapped",
+             amplitude as a struck bead does",
             100.0 * bead,
             frequency * 1e-3,
-            drive.input.path.display(),
+            path.display(),
             100.0 * horn,
             100.0 * moved_on
         )

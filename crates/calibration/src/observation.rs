@@ -366,7 +366,7 @@ impl Observation {
             let somewhere = || inside(Placed::Somewhere, threshold, trace.len() - onset).filter(|_| moving);
             let (needed, start) = (fingerprint.cycles_needed(), fingerprint.late_start());
             let (fingerprint, compared) = if let Some(falling) = falling {
-                let compared = format!("only the {} periods before the answer falls", falling.cycles_needed());
+                let compared = format!("only the {} periods before the response falls", falling.cycles_needed());
                 (falling, compared)
             } else if let Some(somewhere) = somewhere() {
                 let cycles = somewhere.cycles_needed();
@@ -375,7 +375,7 @@ impl Observation {
                 (fingerprint.late_only(), format!("only the {} periods from the {start}th on", needed - start))
             };
             let which = if moving {
-                "the record begins inside the answer"
+                "the record begins inside the response"
             } else {
                 "the drive's record begins inside its burst"
             };

@@ -85,7 +85,8 @@ fn keyword(argument: &Arg, rest: &str) -> String {
         return format!("{name}='{value}'{rest}");
     }
     let end = behind.find(|c: char| c.is_whitespace() || ",;)".contains(c)).unwrap_or(behind.len());
-    let (value, rest) = behind.split_at(end);
+    let value = behind[..end].trim_end_matches(':');
+    let rest = &behind[value.len()..];
     let chosen = argument.get_possible_values().iter().any(|possible| possible.matches(value, false));
     let placeholder = value.len() > 1 && value.chars().all(|c| c.is_ascii_uppercase());
     if chosen || placeholder || value.contains(|c: char| c.is_ascii_digit()) {

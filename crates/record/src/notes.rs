@@ -80,15 +80,16 @@ impl Notes {
 
     /// Values that are implausible on such a bench.
     pub(super) fn about_plausibility(&mut self, dimension: Dimension, peak: f64) {
-        let (limit, least) = match dimension {
-            Dimension::LENGTH => (2e-4, "a horn's tip moves by micrometres"),
-            Dimension::VELOCITY => (20.0, "beads and tips move at millimetres to metres a second"),
-            Dimension::PRESSURE => (1e8, "shock waves of lithotripters have less"),
+        let (least, most, usual) = match dimension {
+            Dimension::LENGTH => (1e-9, 2e-4, "a horn's tip moves by micrometres"),
+            Dimension::VELOCITY => (1e-3, 20.0, "beads and tips move at millimetres to metres a second"),
+            Dimension::PRESSURE => (0.0, 1e8, "shock waves of lithotripters have less"),
             _ => return,
         };
-        if peak > limit {
+        let (beyond, limit) = if peak > most { ("above", most) } else { ("below", least) };
+        if peak > most || peak < least && peak > 0.0 {
             self.warn(format!(
-                "the peak is {}, above {}: {least}; check the unit (--unit) or the sensitivity (--scale)",
+                "the peak is {}, {beyond} {}: {usual}; check the unit (--unit) or the sensitivity (--scale)",
                 to_three_figures(peak, dimension),
                 to_three_figures(limit, dimension)
             ));

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use super::Arguments;
 use crate::{
     calibration::{
-        bench::Bench,
+        bench::{Bench, BenchError},
         drive::{BESIDE, Input, RecordedDrive},
         plan::{Bounds, NamedBy, Number, Plan, ReadAs, ReadRequest, RecordPlan},
         problem::Problem,
         recorded_run::{RecordedRunPlan, Source},
-        refusal::Refusal,
+        refusal::{Contradiction, Refusal},
     },
     cli::{
         arguments::{SceneArguments, usage},
@@ -19,6 +19,7 @@ use crate::{
     },
     feature::Measurand,
     measurement::{BenchReadings, ReadOptions, RecordKind, read_record_bytes},
+    scene::SceneError,
 };
 
 /// The bytes of records that are in memory, record by record, in place of the files that stand in their place in the arguments.
@@ -50,7 +51,8 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<De
         assumptions.push(format!("alpha fixed at {alpha} by --alpha; fitted: {}", fitted.join(", ")));
         plan.fit = Some(fitted);
     }
-    let mut problem = Problem::of(&plan, recorded_runs).map_err(|error| placed(error, arguments))?;
+    let mut problem =
+        Problem::of(&plan, recorded_runs).map_err(|error| in_plan(placed(error, arguments), arguments, &plan))?;
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
@@ -80,6 +82,30 @@ fn placed(error: Refusal, arguments: &Arguments) -> anyhow::Error {
         inside = if line.starts_with('[') { line == whole } else { inside };
         line == own || line.starts_with(&dotted) || inside && line.starts_with(name)
     });
+    anyhow::anyhow!("{}:{}: {message}", path.display(), line.map_or(1, |line| line + 1))
+}
+
+/// An error in what a plan states of its scene, with the line of the plan.
+fn in_plan(error: anyhow::Error, arguments: &Arguments, plan: &Plan) -> anyhow::Error {
+    let Some(path) = &arguments.plan else { return error };
+    let message = error.to_string();
+    let sets = plan.set.iter().chain(plan.record.iter().flat_map(|record| &record.set));
+    let set =
+        sets.filter(|set| !arguments.scene.set.contains(set)).find(|set| message.starts_with(&format!("--set {set}")));
+    let is_scene = || {
+        arguments.scene.scene.is_none()
+            && matches!(
+                error.downcast_ref(),
+                Some(BenchError::Scene(SceneError::UnknownScene { place: None, .. } | SceneError::NotThere { .. }))
+            )
+    };
+    let (stated, message) = match set {
+        Some(set) => (set.as_str(), message.replacen("--set ", "`set`, ", 1)),
+        None if is_scene() => ("scene", message),
+        None => return error,
+    };
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let line = text.lines().position(|line| line.contains(stated) && !line.trim_start().starts_with('#'));
     anyhow::anyhow!("{}:{}: {message}", path.display(), line.map_or(1, |line| line + 1))
 }
 
@@ -187,7 +213,8 @@ fn records(
     }
     let kind = if plan.quantity == Some(Measurand::Pressure) { RecordKind::Hydrophone } else { RecordKind::Vibrometer };
     let of = |(number, (source, scene, drive_options, origin))| {
-        let mut bench = in_memory.bench(number, scene, &drive_options, several)?;
+        let bench = in_memory.bench(number, scene, &drive_options, several);
+        let mut bench = bench.map_err(|error| in_plan(error, arguments, plan))?;
         bench.limits = arguments.session.limits();
         let source = in_memory.source(number, source, kind, &bench)?;
         Ok(RecordedRunPlan { source, bench, origin })
@@ -238,7 +265,13 @@ pub(super) fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<Re
         ..RecordPlan::default()
     };
     if arguments.measured.is_empty() {
-        return plan.records().map_err(|error| usage(error.to_string()));
+        return plan.records().map_err(|error| match (&arguments.plan, error) {
+            (Some(plan), Contradiction::NoRecord) => anyhow::anyhow!(
+                "{}: key `measured` is missing: the record to be fitted, such as measured = \"vib.csv\" (or pass --measured)",
+                plan.display()
+            ),
+            (_, error) => usage(error.to_string()),
+        });
     }
     Ok(arguments.measured.iter().map(of).collect())
 }

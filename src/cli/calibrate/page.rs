@@ -219,7 +219,6 @@ fn law_report(fit: &Fit, problem: &Problem) -> LawReport {
         map: density_map(fit, &fit.posterior),
         pairs: pair_maps(fit),
         runs: fit.runs.iter().zip(problem.misfits(fit)).map(run).collect(),
-        history: fit.history.clone(),
         alone: fit.shares.iter().map(|share| density_map(fit, &share.posterior)).collect(),
         below: fit.below.as_ref().map(|below| Box::new(law_report(&below.fit, problem))),
     }
@@ -326,6 +325,10 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let peaks = |features: &Features| {
         let Peaks { positive, negative, .. } = features.peaks;
         match problem.quantity {
+            // What is far too small is to be seen as that, not as 0.
+            Measurand::Velocity if positive - negative < 0.02 => {
+                format!("{:+.2e} and {:+.2e} mm/s", positive * 1e3, negative * 1e3)
+            }
             Measurand::Velocity => format!("{:+.0} and {:+.0} mm/s", positive * 1e3, negative * 1e3),
             Measurand::Pressure => format!("{:+.1} and {:+.1} kPa", positive * 1e-3, negative * 1e-3),
         }

@@ -1,6 +1,7 @@
 //! A folder of results, staged.
 
 use std::{
+    convert::Infallible,
     fs, io,
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
@@ -9,10 +10,11 @@ use std::{
 use super::{
     OutputError,
     list::{LIST, List, Standing, digest, digest_of_file, entries, files_below, is_plain},
+    staged::{Staged, publishing},
     sync_folder,
     work::{
         BOTH, DROPPED, PART, RESULTS, STATE, beside, instant, lock, partial, put_back, random, refuse_links, remove,
-        remove_all, rename, replace, sweep,
+        remove_all, remove_empty, rename, replace, sweep,
     },
     write_atomically, written_atomically,
 };
@@ -28,18 +30,11 @@ const LONGEST_NAME: usize = 230;
 /// Name of the file in a state that says which command it is of.
 const COMMAND: &str = "command";
 
+/// Name of the file in a state that says what decides its results.
+pub const PLAN: &str = "plan.json";
+
 /// What to say where a state to resume holds nothing yet.
 pub const NOTHING_SAVED: &str = "nothing was saved before the run was stopped; it starts again";
-
-/// Staged folders that go when the process is stopped by force.
-static STAGED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Remove every staged folder of this process; for the second Ctrl-C.
-pub fn remove_staged() {
-    for path in STAGED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-        let _ = fs::remove_dir_all(path);
-    }
-}
 
 /// A folder of results in the making: [`write`](Self::write) into it, then [`finish`](Self::finish).
 ///
@@ -60,6 +55,8 @@ pub struct OutputFolder {
     written: Mutex<Option<List>>,
     /// Held while the folder is in the making.
     lock: fs::File,
+    /// Registered until it is dropped.
+    _staged: Staged,
 }
 
 impl OutputFolder {
@@ -72,10 +69,10 @@ impl OutputFolder {
         let (target, _) = admitted(target, names, force)?;
         let created = create_parents(&target)?;
         sweep(&target);
-        let (work, lock) = partial(&target).inspect_err(|_| remove_empty(&created))?;
-        STAGED.lock().unwrap_or_else(PoisonError::into_inner).push(work.clone());
+        let made = Staged::made(|| partial(&target), |(work, _)| (work.clone(), created.clone(), false));
+        let ((work, lock), staged) = made.inspect_err(|_| remove_empty(&created))?;
         let (resumable, resumed, kept, written) = (false, false, false, Mutex::new(None));
-        Ok(Self { target, work, force, resumable, resumed, kept, created, written, lock })
+        Ok(Self { target, work, force, resumable, resumed, kept, created, written, lock, _staged: staged })
     }
 
     /// Make `target` in a folder `.NAME.unfinished` beside it that survives Ctrl-C and kill −9.
@@ -120,7 +117,9 @@ impl OutputFolder {
         if !resumed {
             begin_state(&work, command)?;
         }
-        Ok(Self { target, work, force, resumable: true, resumed, kept: true, created, written: Mutex::new(None), lock })
+        let Ok::<_, Infallible>((_, _staged)) = Staged::made(|| Ok(()), |()| (work.clone(), created.clone(), true));
+        let written = Mutex::new(None);
+        Ok(Self { target, work, force, resumable: true, resumed, kept: true, created, written, lock, _staged })
     }
 
     /// Where the work lies until it is finished.
@@ -246,9 +245,7 @@ impl OutputFolder {
     /// # Errors
     /// [`OutputError::Unpublished`]: the earlier results are then still there, and the new ones are kept beside them.
     pub fn finish(mut self) -> Result<PathBuf, OutputError> {
-        // From here on a second Ctrl-C must not take the results.
-        self.unregister();
-        if let Err(source) = self.seal().and_then(|list| self.publish(&list)) {
+        if let Err(source) = publishing(|| self.seal().and_then(|list| self.publish(&list))) {
             let place = self.keep_results();
             return Err(OutputError::Unpublished { place, source: Box::new(source) });
         }
@@ -328,13 +325,8 @@ impl OutputFolder {
         results
     }
 
-    fn unregister(&self) {
-        STAGED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.work);
-    }
-
     /// Leave no unfinished folder behind.
     fn clear(&mut self) {
-        self.unregister();
         if self.kept {
             return;
         }
@@ -358,11 +350,13 @@ impl Drop for OutputFolder {
     }
 }
 
-/// Whether a state holds anything but the name of its command and files that were never finished.
-fn is_saved(state: &Path) -> Result<bool, OutputError> {
-    let passing = |name: &str| name == COMMAND || name.starts_with(PART) || name.starts_with(".tmp");
-    Ok(state.exists()
-        && entries(state)?.iter().any(|path| !path.file_name().and_then(|name| name.to_str()).is_some_and(passing)))
+/// Whether a state holds anything to go on from: more than the names of its command and plan, empty logs and files that were never finished.
+pub(super) fn is_saved(state: &Path) -> Result<bool, OutputError> {
+    let passing = |name: &str| [COMMAND, PLAN].contains(&name) || name.starts_with(PART) || name.starts_with(".tmp");
+    let is_empty = |path: &Path| path.metadata().is_ok_and(|found| found.is_file() && found.len() == 0);
+    let holds =
+        |path: &PathBuf| !is_empty(path) && !path.file_name().and_then(|name| name.to_str()).is_some_and(passing);
+    Ok(state.exists() && entries(state)?.iter().any(holds))
 }
 
 /// Refuse the state of another command.
@@ -437,13 +431,6 @@ fn create_parents(target: &Path) -> Result<Vec<PathBuf>, OutputError> {
         fs::create_dir_all(parent).map_err(OutputError::io("create the folder", parent))?;
     }
     Ok(missing)
-}
-
-/// Remove parents created on the way, if nothing is in them.
-fn remove_empty(created: &[PathBuf]) {
-    for parent in created.iter().rev() {
-        let _ = fs::remove_dir(parent);
-    }
 }
 
 #[cfg(test)]

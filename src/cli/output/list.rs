@@ -107,6 +107,36 @@ impl List {
     }
 }
 
+/// A contradiction between the list of a folder and a file that it names.
+pub struct ListFault {
+    /// Which of both was altered if the other is as it was written: the list, but for a file that carries its own seal.
+    pub place: &'static str,
+    /// The file that is named.
+    pub name: String,
+    pub found: String,
+}
+
+/// The contradictions of a folder's list, if there is one; files that are gone but `known` from elsewhere are none.
+pub fn list_faults(folder: &Path, known: impl Fn(&str) -> bool) -> Result<Vec<ListFault>, OutputError> {
+    let fault = |place, name: &str, found| ListFault { place, name: name.to_owned(), found };
+    let list = match List::read(folder) {
+        Err(OutputError::DamagedList { line, found, .. }) => {
+            return Ok(vec![fault(LIST, LIST, format!("line {line}: {found}"))]);
+        }
+        list => list?,
+    };
+    let mut faults = Vec::new();
+    for name in list.names() {
+        if !folder.join(name).exists() {
+            faults.extend((!known(name)).then(|| fault(LIST, name, format!("a line of {name}, which is not there"))));
+        } else if list.is_as_written(folder, name)? == Some(false) {
+            let place = if name == timing::FILE { timing::FILE } else { LIST };
+            faults.push(fault(place, name, format!("another digest of {name}")));
+        }
+    }
+    Ok(faults)
+}
+
 /// What stands in a folder.
 #[derive(Debug, Default)]
 pub struct Standing {

@@ -123,6 +123,13 @@ pub fn remove_all(path: &Path) -> Result<(), OutputError> {
     }
 }
 
+/// Remove parents created on the way, if nothing is in them.
+pub fn remove_empty(created: &[PathBuf]) {
+    for parent in created.iter().rev() {
+        let _ = fs::remove_dir(parent);
+    }
+}
+
 /// Remove the work folders for `target` that dead processes left. What cannot be removed stays: it does no harm.
 pub fn sweep(target: &Path) {
     let prefix = beside(target, "partial-");

@@ -19,7 +19,7 @@ use crate::{
         arguments::{Session, positive_time, usage},
         forecast::Forecast,
         interrupt::{self, Interrupted},
-        output::{NOTHING_SAVED, OutputFolder, same_plan, write_atomically},
+        output::{NOTHING_SAVED, OutputFolder, PLAN, same_plan, write_atomically},
         progress, summary,
     },
     measurement::{
@@ -49,8 +49,6 @@ pub struct AnalysisArguments {
 
 /// The command, as a state names it.
 pub const COMMAND: &str = "replay --model fea";
-/// Name of the plan among the state files.
-const PLAN: &str = "plan.json";
 const CHECKPOINT: &str = "checkpoint.json";
 /// Folder of the frames, in the state and in the results.
 const FIELDS: &str = "fields";
@@ -144,6 +142,7 @@ impl<'a> Analysis<'a> {
         let mut simulation = Simulation::new(scene, Control::default())?;
         let mut written = BTreeMap::new();
         if let Some(folder) = folder {
+            interrupt::saves_first();
             let place = folder.state_path().join(PLAN);
             if is_saved(folder) {
                 same_plan(&place, &plan, "run", "scene, mesh file, --fields")?;

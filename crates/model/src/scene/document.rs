@@ -3,10 +3,11 @@
 use std::{
     collections::BTreeMap,
     fs::File,
-    io::Read as _,
+    io::{self, Read as _},
     path::{Path, PathBuf},
 };
 
+use granchain_signal::closest;
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -260,7 +261,10 @@ pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     if path.is_dir() {
         return Err(SceneError::Folder { path: path.to_owned() });
     }
-    let unreadable = |source| SceneError::Unreadable { path: path.to_owned(), source };
+    let unreadable = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => SceneError::NotThere { path: path.to_owned(), nearest: nearest_scene(path) },
+        _ => SceneError::Unreadable { path: path.to_owned(), source },
+    };
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     if bytes.len() as u64 > MOST_BYTES {
@@ -268,6 +272,15 @@ pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     }
     String::from_utf8(bytes)
         .map_err(|error| SceneError::NotText { path: path.to_owned(), offset: error.utf8_error().valid_up_to() })
+}
+
+/// A scene file in the same folder whose name differs in a few letters.
+fn nearest_scene(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let scenes: Vec<String> = files.filter(|name| name.ends_with(".toml")).collect();
+    let nearest = closest(path.file_name()?.to_str()?, scenes.iter().map(String::as_str))?;
+    Some(path.with_file_name(nearest).display().to_string())
 }
 
 /// `file` as written in a scene file at `place`: relative to that scene file's folder.

@@ -50,6 +50,8 @@ pub enum SceneError {
         did_you_mean(nearest.as_deref())
     )]
     UnknownScene { place: Option<Place>, name: String, nearest: Option<String>, known: Vec<&'static str> },
+    #[error("{}: expected a scene file, found none{}; `granchain scene init FILE` begins one", path.display(), did_you_mean(nearest.as_deref()))]
+    NotThere { path: PathBuf, nearest: Option<String> },
     #[error("cannot read scene file `{}`: {source}", path.display())]
     Unreadable { path: PathBuf, source: io::Error },
     #[error("`{}` is a folder; give the scene file in it, such as `{}`", path.display(), path.join("scene.toml").display())]

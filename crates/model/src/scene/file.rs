@@ -123,6 +123,9 @@ fn assemble(
     reader.refuse_unused()?;
     let scene = scene(&reader, name, &mut notes)?;
     reader.check_materials()?;
+    notes.extend(reader.defined_materials().into_iter().filter(|name| !scene.materials_in_use().iter().any(|material| material.name == *name)).map(|name| {
+        format!("no body is of `{name}`, which `[materials.{name}]` defines: name it as `chain.material` or another `material`")
+    }));
     let lacks_frequency = scene.pending_record().is_some() && !reader.has("drive.frequency");
     Ok(Loaded { scene, notes, lacks_frequency })
 }

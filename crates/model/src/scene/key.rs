@@ -228,6 +228,10 @@ impl Key {
             },
             ValueKind::Flag => "`true` or `false`".to_owned(),
             ValueKind::Choice(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
+            ValueKind::Text if self.name.ends_with("material") => {
+                let names = Material::all_built_in().map(|material| format!("`{}`", material.name));
+                format!("{}, or NAME defined under `[materials.NAME]`", names.join(", "))
+            }
             ValueKind::Text => "a text".to_owned(),
             ValueKind::Path => "a file".to_owned(),
             ValueKind::Gaps => "a length, a list of N + 1, or a table `all`, `contact1`, `contact2` …".to_owned(),

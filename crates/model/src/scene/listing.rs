@@ -36,7 +36,8 @@ impl Scene {
         settings
     }
 
-    fn materials_in_use(&self) -> Vec<&Material> {
+    /// The materials of its bodies, each once.
+    pub fn materials_in_use(&self) -> Vec<&Material> {
         let beads = self.chain.beads.iter().map(|bead| &bead.material);
         let striker = self.drive.kind.striker().map(|(bead, _)| &bead.material);
         let ends = self.piston_material.iter().chain(self.support.material());

@@ -243,11 +243,15 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Names of the materials that are defined, each once.
+    pub(super) fn defined_materials(&self) -> std::collections::BTreeSet<&str> {
+        let keys = self.document.entries.keys();
+        keys.filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0)).collect()
+    }
+
     /// All materials that are defined or come with the program, by name.
     pub(super) fn all_materials(&self) -> Result<Vec<Material>, SceneError> {
-        let defined =
-            self.document.entries.keys().filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0));
-        let mut names: Vec<String> = defined.map(str::to_owned).collect();
+        let mut names: Vec<String> = self.defined_materials().into_iter().map(str::to_owned).collect();
         names.extend(Material::all_built_in().map(|material| material.name));
         names.sort();
         names.dedup();

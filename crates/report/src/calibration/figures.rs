@@ -107,14 +107,14 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         panel
     };
     let what = match measurand {
-        Measurand::Velocity => "Velocity of the last bead’s pole",
+        Measurand::Velocity => "Velocity of the last bead",
         Measurand::Pressure => "Pressure at the hydrophone",
     };
     let both = match (&record.recorded, &record.simulated) {
         (Some(_), Some(_)) => format!("{what}, {} and simulated", record.record_label),
         (Some(_), None) => format!("{what}, {}", record.record_label),
         _ => match measurand {
-            Measurand::Velocity => "Simulated velocity of the last bead’s pole".to_owned(),
+            Measurand::Velocity => "Simulated velocity of the last bead".to_owned(),
             Measurand::Pressure => "Simulated pressure at the hydrophone".to_owned(),
         },
     };
@@ -353,7 +353,7 @@ pub(super) fn fidelities(law: &Law<'_>) -> Option<Plate> {
     Some(Plate::new(format!("rungs-{key}"), Figure::new(title).panel(panel)))
 }
 
-/// Misfit of every run in the order made, and of the fit as judged from batch to batch.
+/// Misfit of every run in the order made, and the least so far.
 fn history(law: &Law<'_>, key: &str) -> Option<Plate> {
     let runs: Vec<(f64, f64)> = law
         .drawn
@@ -362,23 +362,42 @@ fn history(law: &Law<'_>, key: &str) -> Option<Plate> {
         .enumerate()
         .filter_map(|(index, run)| Some((index as f64 + 1.0, run.misfit.filter(|misfit| *misfit > 0.0)?)))
         .collect();
-    // A staircase: a judgement stands until the next.
-    let mut best: Vec<(f64, f64)> = Vec::new();
-    for (runs, misfit) in law.drawn.history.iter().filter(|(_, misfit)| *misfit > 0.0) {
-        if let Some((_, last)) = best.last().copied() {
-            best.push((*runs as f64, last));
-        }
-        best.push((*runs as f64, *misfit));
-    }
-    if runs.is_empty() && best.is_empty() {
+    if runs.is_empty() {
         return None;
     }
+    let best = least_so_far(&runs);
     let axis = Axis::new("Misfit per feature", "1").logarithmic();
     let panel = Panel::new(Axis::new("Run", "count"), axis)
         .height(36.0)
         .points("run", runs, Colour::Grey, Marker::Dot)
         .line("best so far", best, Stroke::new(Colour::Blue).width(1.2));
-    let title =
-        format!("Search history, {}: misfit of each run, and best misfit after each batch of runs.", law.name());
+    let title = format!("Search history, {}: misfit of each run, and the least so far.", law.name());
     Some(Plate::new(format!("history-{key}"), Figure::new(title).sized(PAGE_WIDTH_MM, 1).panel(panel)))
+}
+
+/// The least of a series up to each point, as a staircase.
+fn least_so_far(series: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut stairs: Vec<(f64, f64)> = Vec::new();
+    for &(at, value) in series {
+        match stairs.last() {
+            Some(&(_, least)) if value < least => stairs.extend([(at, least), (at, value)]),
+            Some(_) => {}
+            None => stairs.push((at, value)),
+        }
+    }
+    let end = series.last().zip(stairs.last()).map(|((at, _), (_, least))| (*at, *least));
+    stairs.extend(end);
+    stairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least_so_far;
+
+    #[test]
+    fn the_least_so_far_never_rises_and_ends_at_the_least_of_all() {
+        let series = [(1.0, 0.9), (2.0, 1.7), (3.0, 0.5), (4.0, 7.0)];
+        assert_eq!(least_so_far(&series), [(1.0, 0.9), (3.0, 0.9), (3.0, 0.5), (4.0, 0.5)]);
+        assert_eq!(least_so_far(&[]), []);
+    }
 }

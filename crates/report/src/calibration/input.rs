@@ -87,8 +87,6 @@ pub struct LawReport {
     pub pairs: Vec<PairMap>,
     /// Every run, in the order made.
     pub runs: Vec<RunPoint>,
-    /// Search history: (runs made, misfit of the fit judged with the scatter known by then); it may rise as scatter is learnt.
-    pub history: Vec<(u64, f64)>,
     /// Density over both parameters by each of several records alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alone: Vec<Option<DensityMap>>,

@@ -4,7 +4,10 @@
 
 use std::sync::OnceLock;
 
-use ab_glyph::{Font, FontRef, ScaleFont};
+use skrifa::{
+    FontRef, MetadataProvider,
+    instance::{LocationRef, Size},
+};
 
 /// CSS `font-family` of every text in an SVG: the embedded family where the page brings it, else one of equal widths.
 pub const FONT_STACK: &str = "'DejaVu Sans',Verdana,sans-serif";
@@ -19,27 +22,15 @@ pub fn embedded_font() -> &'static [u8] {
 
 fn font() -> Option<&'static FontRef<'static>> {
     static FONT: OnceLock<Option<FontRef<'static>>> = OnceLock::new();
-    FONT.get_or_init(|| FontRef::try_from_slice(FONT_BYTES).ok()).as_ref()
+    FONT.get_or_init(|| FontRef::new(FONT_BYTES).ok()).as_ref()
 }
 
-/// `ab_glyph` scales by ascent − descent instead of the em; this is their ratio times `size`.
-fn height_for(font: &FontRef<'_>, size: f64) -> f32 {
-    let em = font.units_per_em().unwrap_or(2048.0);
-    size as f32 * font.height_unscaled() / em
-}
-
-/// Width of `text` set in `size`, in the unit of `size`.
+/// Width of `text` set in `size`, in the unit of `size`. The font has no kerning.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     let Some(font) = font() else { return 0.6 * size * text.chars().count() as f64 };
-    let scaled = font.as_scaled(height_for(font, size));
-    let mut previous = None;
-    let mut width = 0.0;
-    for letter in text.chars() {
-        let glyph = font.glyph_id(letter);
-        width += previous.map_or(0.0, |previous| scaled.kern(previous, glyph)) + scaled.h_advance(glyph);
-        previous = Some(glyph);
-    }
-    f64::from(width)
+    let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
+    let letters = text.chars().map(|letter| font.charmap().map(letter).unwrap_or_default());
+    size * letters.map(|glyph| f64::from(metrics.advance_width(glyph).unwrap_or(0.0))).sum::<f64>()
 }
 
 /// Height of digits and capitals over the em.
@@ -54,7 +45,7 @@ mod tests {
         let font = font().unwrap();
         for letter in "αβγδκµμωΔΩ±−×·≤≥°¹²³⁰⁴⁵⁶⁷⁸⁹⁻₀₁₂₃₄₅₆₇₈₉½⅓⅔→…–—’“”√ /()%".chars()
         {
-            assert_ne!(font.glyph_id(letter).0, 0, "{letter:?}");
+            assert!(font.charmap().map(letter).is_some(), "{letter:?}");
         }
     }
 

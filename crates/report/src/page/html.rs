@@ -1,6 +1,7 @@
 //! One HTML page with everything in it.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use granchain_signal::{sha256_bytes, visible, visible_json};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{Block, Drawn, Page, Table, Tone, curves};
@@ -26,8 +27,10 @@ const LONG_TABLE: usize = 15;
 const FOLDED_TABLE: usize = 60;
 
 pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
-    let curves = curves::of(drawn);
-    let style = STYLE.replace("FONT", &STANDARD.encode(embedded_font()));
+    let curves = curves::of(drawn).map(|curves| visible_json(&curves).into_owned());
+    let style =
+        STYLE.replace("FONT", &STANDARD.encode(embedded_font())) + if curves.is_some() { PLOT_STYLE } else { "" };
+    let scripts = scripts(page, curves.is_some());
     let mut state = State { plates: drawn.iter(), headings: 0 };
     // The answer comes before the list of what follows.
     let lead = usize::from(matches!(page.blocks.first(), Some(Block::Headline { .. })));
@@ -37,9 +40,10 @@ pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(policy(&style, &scripts));
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (page.title) }
-                style { (PreEscaped(style)) @if curves.is_some() { (PreEscaped(PLOT_STYLE)) } }
+                style { (PreEscaped(style)) }
             }
             body {
                 main {
@@ -49,13 +53,22 @@ pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
                     (contents(page))
                     @for block in rest { (state.block(block)) }
                 }
-                (scripts(page, curves))
+                @if let Some(curves) = curves { script type="application/json" id="curves" { (PreEscaped(curves)) } }
+                @for script in scripts { script { (PreEscaped(script)) } }
             }
         }
     };
-    let mut text = markup.into_string();
+    let mut text = visible(&markup.into_string()).into_owned();
     text.push('\n');
     text
+}
+
+/// What the page may load and run: this style and these scripts, the font and pictures that are in it, nothing from elsewhere.
+fn policy(style: &str, scripts: &[String]) -> String {
+    let hash = |text: &str| format!("'sha256-{}'", STANDARD.encode(sha256_bytes(text.as_bytes())));
+    let scripts: Vec<String> = scripts.iter().map(|script| hash(script)).collect();
+    let scripts = if scripts.is_empty() { "'none'".to_owned() } else { scripts.join(" ") };
+    format!("default-src 'none'; style-src {}; script-src {scripts}; font-src data:; img-src data:", hash(style))
 }
 
 fn contents(page: &Page) -> Markup {
@@ -71,17 +84,12 @@ fn contents(page: &Page) -> Markup {
 }
 
 /// What a page has to run: nothing where there is nothing to do.
-fn scripts(page: &Page, curves: Option<String>) -> Markup {
+fn scripts(page: &Page, curves: bool) -> Vec<String> {
     let has = |wanted: fn(&Block) -> bool| page.blocks.iter().any(wanted);
-    html! {
-        @if has(|block| matches!(block, Block::Table(_))) { script { (PreEscaped(TABLES)) } }
-        @if has(|block| matches!(block, Block::Motion(_))) { script { (PreEscaped(MOTION)) } }
-        @if let Some(curves) = curves {
-            script type="application/json" id="curves" { (PreEscaped(curves)) }
-            script { "/*\n" (PreEscaped(PLOT_LICENCE)) "*/\n" (PreEscaped(PLOT)) }
-            script { (PreEscaped(EXPLORE)) }
-        }
-    }
+    let tables = has(|block| matches!(block, Block::Table(_))).then(|| TABLES.to_owned());
+    let motion = has(|block| matches!(block, Block::Motion(_))).then(|| MOTION.to_owned());
+    let plots = curves.then(|| [format!("/*\n{PLOT_LICENCE}*/\n{PLOT}"), EXPLORE.to_owned()]);
+    tables.into_iter().chain(motion).chain(plots.into_iter().flatten()).collect()
 }
 
 /// What has been shown so far.
@@ -225,6 +233,29 @@ mod tests {
         let package: serde_json::Value = serde_json::from_str(include_str!("../../assets/package.json")).unwrap();
         let version = package["dependencies"]["uplot"].as_str().unwrap();
         assert!(PLOT.contains(&format!("(v{version})")), "{version}");
+    }
+
+    #[test]
+    fn a_page_runs_its_own_scripts_alone_and_shows_what_would_steer_it() {
+        let table = Table { caption: "a\u{202e}b".into(), columns: Vec::new(), rows: Vec::new() };
+        let page = Page { title: "x\u{2028}y".into(), subtitle: String::new(), blocks: vec![Block::Table(table)] };
+        let text = render(&page, &[]);
+        let inside = |tag: &str| {
+            let (begin, end) = (format!("<{tag}>"), format!("</{tag}>"));
+            text.split(&begin).skip(1).map(|rest| rest.split(&end).next().unwrap().to_owned()).collect::<Vec<_>>()
+        };
+        let policy = text.split("Content-Security-Policy\" content=\"").nth(1).unwrap().split('"').next().unwrap();
+        let scripts = inside("script");
+        assert_eq!(scripts, [TABLES]);
+        assert_eq!(inside("style").len(), 1);
+        for own in scripts.iter().chain(&inside("style")) {
+            let hash = STANDARD.encode(sha256_bytes(own.as_bytes()));
+            assert!(policy.replace("&#39;", "'").contains(&format!("'sha256-{hash}'")), "{policy}");
+        }
+        assert!(policy.starts_with("default-src 'none'") && !policy.contains("unsafe"), "{policy}");
+        assert!(
+            text.contains("x\\u{2028}y") && text.contains("a\\u{202e}b") && !text.contains(['\u{202e}', '\u{2028}'])
+        );
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use granchain_signal::visible;
+
 use super::{Block, Drawn, Page, Table};
 
 pub(super) fn render(page: &Page, drawn: &[Drawn<'_>]) -> String {
@@ -60,10 +62,9 @@ fn render_table(table: &Table, text: &mut String) -> std::fmt::Result {
 /// Text that Markdown shows as it is.
 fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
+    for letter in visible(&text.replace(char::is_control, " ")).chars() {
         match letter {
             '\\' | '`' | '*' | '_' | '[' | ']' | '<' | '>' | '|' | '#' | '&' => escaped.extend(['\\', letter]),
-            letter if letter.is_control() => escaped.push(' '),
             letter => escaped.push(letter),
         }
     }

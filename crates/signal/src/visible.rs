@@ -1,9 +1,10 @@
-//! Text for a terminal. Names in files, cells, paths and saved states may hold anything; what would steer the terminal instead of being shown is
-//! written as its code point.
+//! Text for a terminal or a page. Names in files, cells, paths and saved states may hold anything; what would steer the reader's screen instead of being
+//! shown is written as its code point.
 
 use std::{borrow::Cow, fmt::Write};
 
-/// Text for people: control characters but the end of a line and the tab, and marks that turn the direction of writing, as `\u{1b}`.
+/// Text for people: control characters but the end of a line and the tab, marks that turn the direction of writing, and ends of lines that are none to a
+/// program, as `\u{1b}`.
 pub fn visible(text: &str) -> Cow<'_, str> {
     escaped(text, |shown, letter| write!(shown, "{}", letter.escape_unicode()))
 }
@@ -30,7 +31,7 @@ fn escaped(text: &str, escape: impl Fn(&mut String, char) -> std::fmt::Result) -
 }
 
 fn steers(letter: char) -> bool {
-    let turns = matches!(letter, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let turns = matches!(letter, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || letter.is_control() && !matches!(letter, '\n' | '\t')
 }
 
@@ -45,7 +46,7 @@ mod tests {
             ("\u{1b}[31mred\u{7}", "\\u{1b}[31mred\\u{7}"),
             ("over\rwritten\u{8}", "over\\u{d}written\\u{8}"),
             ("\u{9b}2J\u{7f}", "\\u{9b}2J\\u{7f}"),
-            ("a\u{202e}b", "a\\u{202e}b"),
+            ("a\u{202e}b\u{2028}", "a\\u{202e}b\\u{2028}"),
             ("µm, 2 Δ", "µm, 2 Δ"),
         ];
         for (text, shown) in cases {
