@@ -143,8 +143,6 @@ pub enum Cause {
     Velocity,
     /// What the force sensor in a bead reads.
     Sensor,
-    /// The time between the samples of a record.
-    Clock,
     /// Losses in the contacts of the beads.
     ContactLoss,
     /// The gap before the first bead, or rough contacts.
@@ -152,7 +150,7 @@ pub enum Cause {
     /// Friction in the bead guide.
     Friction,
     DampingLaw,
-    /// The clock of the vibrometer against the horn's.
+    /// The clock of the vibrometer against the horn's, or the time between the samples of a force sensor.
     Clock,
     /// The record is an average of several shots.
     Averages,
@@ -283,7 +281,8 @@ impl Case<'_> {
         while let Some(next) = rest.peek() {
             let best = found.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
             let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit() > EXPLAINED.1 * misfit);
-            let pair: Vec<Raced> = if cannot || runs + 2 * DEAREST > BUDGET { Vec::new() } else { rest.by_ref().take(2).collect() };
+            let pair: Vec<Raced> =
+                if cannot || runs + 2 * DEAREST > BUDGET { Vec::new() } else { rest.by_ref().take(2).collect() };
             if pair.is_empty() || !(self.watch)(0) {
                 break;
             }
@@ -416,7 +415,8 @@ impl Case<'_> {
         let text = format!("a mean of several shots (averages=N), here of {SHOTS}");
         let suspect = Suspect::said(Cause::Averages, self.scene.clone(), text);
         let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
-        let forward = self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
+        let forward =
+            self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
         let found = forward.and_then(|forward| self.by_features(&forward)).filter(|found| self.worth(found.p));
         (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * 3 * RUNS / 2)
     }
@@ -652,7 +652,11 @@ impl Case<'_> {
         if self.scene.damping.kind == DampingKind::None && scene.damping.kind != DampingKind::None {
             names.push("damping");
         }
-        names.into_iter().map(|name| Parameter::named(name, scene).ok()).collect::<Option<Vec<_>>>().map(|all| all.concat())
+        names
+            .into_iter()
+            .map(|name| Parameter::named(name, scene).ok())
+            .collect::<Option<Vec<_>>>()
+            .map(|all| all.concat())
     }
 
     /// Points of the fit, the best first, in the coordinates of other parameters.
@@ -724,8 +728,7 @@ impl Case<'_> {
     /// p-value of a record with these features by the runs of the fit, with a free factor on all amplitudes (`factor`: standard deviation in ln).
     fn judged(&self, features: &[f64], factor: f64) -> Option<Judgement> {
         let comparison = self.comparison;
-        let scaled =
-            self.training(features).scaled(factor.max(comparison.sensitivity), comparison.answers());
+        let scaled = self.training(features).scaled(factor.max(comparison.sensitivity), comparison.answers());
         let posterior = Posterior::of(&scaled, self.parameters.len())?;
         let at = posterior.centre(posterior.densest());
         let p = Agreement::of(&scaled, &at, self.seed)?.p;
@@ -750,6 +753,7 @@ impl Cause {
             Self::Support => "the support",
             Self::Plate => "a plate",
             Self::Velocity => "the striker's velocity",
+            Self::Sensor => "the sensor's reading",
             Self::ContactLoss => "losses in the contacts",
             Self::Gap => "a gap or roughness",
             Self::Friction => "friction in the guide",

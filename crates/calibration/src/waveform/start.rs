@@ -24,8 +24,7 @@ pub(super) struct Effort {
 }
 
 /// Of an answer.
-pub(super) const WHOLE: Effort =
-    Effort { given: GIVEN, scattered: SCATTERED, around: &AROUND, further: FURTHER };
+pub(super) const WHOLE: Effort = Effort { given: GIVEN, scattered: SCATTERED, around: &AROUND, further: FURTHER };
 
 /// Of a cause among many: its best run says whether it may be one.
 pub(super) const QUICK: Effort = Effort { given: 8, scattered: 56, around: &[(16, 40), (10, 40)], further: (0, 0, 0) };
@@ -128,12 +127,7 @@ pub(super) fn about(sources: &Sources, at: &[f64], deviations: &[f64]) -> Start 
 type Tried = (Vec<f64>, f64, Vec<f64>);
 
 /// Starts from the search and from the amplitudes, and the misfit of the best run.
-pub(super) fn search(
-    sources: &Sources,
-    known: &[Vec<f64>],
-    seed: u64,
-    effort: &Effort,
-) -> Option<([Start; 2], f64)> {
+pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64, effort: &Effort) -> Option<([Start; 2], f64)> {
     let dimension = sources.spans().len();
     let best = known.first()?;
     // How late the answer comes: no run that the amplitudes lead to may end before it, be they misled or not.
