@@ -95,7 +95,8 @@ impl Measured {
             refuse_other_drive(&record, scene.drive.frequency)?;
         }
         let begins_late = drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. }));
-        let recording = Recording::of(&record, begins_late);
+        let origin = drive.map_or(0.0, |drive| drive.motion.origin);
+        let recording = Recording { origin, ..Recording::of(&record, begins_late) };
         let observation = Observation::new(&recording, &scene.drive, set)
             .map_err(|source| Refusal::Observation { path: record.path.clone(), source })?;
         Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))

@@ -101,6 +101,8 @@ pub struct Recording {
     pub clipped: [Option<f64>; 2],
     /// Whether the drive record begins inside its burst, so that the first drive cycles are unknown.
     pub begins_late: bool,
+    /// Instant of the signal's clock at the drive's time 0, s.
+    pub origin: f64,
     /// Stretches without valid samples, bridged in `signal`.
     pub masked: Vec<Gap>,
     /// Number of shots averaged in it.
@@ -220,6 +222,7 @@ impl Recording {
             quiet,
             clipped: record.clipped,
             begins_late,
+            origin: 0.0,
             masked: record.masked.iter().map(|masked| masked.gap).collect(),
             averages: record.averages,
         }
@@ -386,10 +389,13 @@ impl Observation {
         } else {
             fingerprint
         };
-        if fingerprint.by_onset() && available < SHORT * drive_cycles.min(MOST_COMPARED) {
+        // On one clock; if the bead moves before the horn, they have two, and the bead's onset is the beginning of the burst.
+        let began = trace.time(onset).min(recording.origin + begins);
+        let early = drive_cycles - (trace.end() - began) * drive_frequency;
+        if fingerprint.by_onset() && early > 0.0 && available < SHORT * drive_cycles.min(MOST_COMPARED) {
             warnings.push(format!(
-                "the record ends {available:.1} drive periods after its onset, in a burst of {drive_cycles:.0}: nothing later is compared; record \
-                 to the end of the burst"
+                "the record ends {available:.1} drive periods after its onset, {early:.1} before the end of the burst: nothing later is compared; record to \
+                 the end of the burst"
             ));
         }
         let features = fingerprint.measure(&trace)?;
@@ -464,6 +470,7 @@ mod tests {
             quiet: 4000,
             clipped: [None; 2],
             begins_late: false,
+            origin: 0.0,
             masked: vec![],
             averages: 1,
         }
@@ -488,6 +495,35 @@ mod tests {
         assert_eq!(density(&recording(None), false), white);
         let unseen = Recording { quiet: 100, ..recording(Some(0.5e6)) };
         assert_eq!(density(&unseen, false), shaped);
+    }
+
+    /// A bead that is heard 25 periods into its burst of 40: a record that ends 12 periods behind the burst does not end early,
+    /// whether or not both clocks begin at the same instant; one that ends 10 periods before its end does.
+    #[test]
+    fn a_record_ends_early_by_the_clock_of_its_horn_not_by_its_late_onset() {
+        let frequency = 73e3;
+        let drive = granchain_model::scene::load("annulus", &["drive.cycles=40".to_owned()]).unwrap().drive;
+        let said = |periods: f64, origin: f64| {
+            let step = 1e-7;
+            let value = |t: f64| {
+                let after = (t - origin) * frequency - 25.0;
+                if after < 0.0 { 0.0 } else { libm::sin(std::f64::consts::TAU * after) }
+            };
+            let values = (0..(periods / frequency / step) as usize).map(|i| value(i as f64 * step + origin)).collect();
+            let signal = Series::new(origin, step, values);
+            let recording = Recording { signal, noise_rms: 1e-3, quiet: 0, origin, ..recording(None) };
+            Observation::new(&recording, &drive, FeatureSet::Full).unwrap().warnings
+        };
+        for origin in [0.0, -3e-3, 5e-3] {
+            assert_eq!(said(52.0, origin), Vec::<String>::new(), "{origin}");
+            let early = said(30.0 + 12.0, origin);
+            assert_eq!(early, Vec::<String>::new(), "{origin}");
+            let early = said(36.0, origin).join("");
+            assert!(
+                early.contains("ends 11.0 drive periods after its onset, 4.0 before the end of the burst"),
+                "{early}"
+            );
+        }
     }
 
     #[test]
