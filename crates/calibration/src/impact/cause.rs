@@ -3,9 +3,9 @@
 use std::cmp::Ordering;
 
 use granchain_model::scene::{DampingKind, Material, Plate, Scene, Sensor, Support};
-use granchain_signal::number::{engineering, significant};
+use granchain_signal::number::significant;
 
-use super::{Experiment, ImpactError, ImpactFit, hit::INCIDENT_WIDTH};
+use super::{Experiment, ImpactError, ImpactFit, hit::INCIDENT_WIDTH, outcome::shown};
 use crate::{
     agreement::DOUBTFUL,
     diagnosis::{Cause, Finding},
@@ -194,8 +194,7 @@ fn with_beads(scene: &Scene, more: bool) -> Option<Scene> {
 fn text(what: &str, names: &[String], fit: &ImpactFit) -> String {
     let of = |name: &String| {
         let found = fit.estimates.iter().find(|estimate| estimate.name == *name)?;
-        let unit = &found.unit;
-        let shown = |value: f64| if unit == "1" { significant(value, 3) } else { engineering(value, unit, 3) };
+        let shown = |value: f64| shown(value, &found.unit);
         Some(format!("{name} {} ({} to {})", shown(found.median), shown(found.low), shown(found.high)))
     };
     let values: Vec<String> = names.iter().filter_map(of).collect();

@@ -23,7 +23,7 @@ pub(crate) const FLOOR_HITS: f64 = 4.0;
 pub const SET_UP: [f64; FEATURES] = [0.0125, 0.1, 0.1, 0.05];
 
 /// Number of set-ups that these deviations count for beside those of an experiment.
-const SET_UPS: f64 = 2.0;
+const SET_UPS: f64 = 1.0;
 
 /// Cells of the grid by dimension.
 const CELLS: [usize; 4] = [1201, 161, 41, 21];

@@ -7,7 +7,11 @@ use serde::{Deserialize, Serialize};
 use granchain_record::SensorRecord;
 use granchain_signal::number::{engineering, significant};
 
-use super::{Experiment, ImpactFit, hit::NAMES, likelihood::student};
+use super::{
+    Experiment, ImpactFit,
+    hit::{Features, NAMES},
+    likelihood::student,
+};
 use crate::{
     diagnosis::Finding,
     fit::{Estimate, Verdict},
@@ -91,15 +95,19 @@ pub struct HitOutcome {
 /// Standard deviation of ln of a feature over hits from which it is warned of, 1.
 const SCATTER: f64 = 0.1;
 
+pub(super) fn shown(value: f64, unit: &str) -> String {
+    if unit == "1" { significant(value, 3) } else { engineering(value, unit, 3) }
+}
+
 /// What set-ups say, in a sentence.
 fn set_up(fit: &ImpactFit) -> String {
     if fit.set_ups.is_empty() {
-        return "one set-up tells of one set-up: of columns set up anew on one specimen the modulus has changed by factors of 1.3 to 2; fit several set-ups, \
-                each [[record]] of the plan with its `set_up`"
+        return "one set-up tells of one set-up: a new one of the same specimen has changed the modulus by a factor of 1.3 to 2; fit several, each \
+                [[record]] of the plan with its `set_up`"
             .into();
     }
     let of = |(d, estimate): (usize, &Estimate)| {
-        let shown = |value: f64| engineering(value, &estimate.unit, 3);
+        let shown = |value: f64| shown(value, &estimate.unit);
         let values: Vec<f64> = fit.set_ups.iter().map(|(_, medians)| medians[d].ln()).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0);
@@ -139,8 +147,11 @@ impl ImpactOutcome {
                 }
             })
             .collect();
-        let features = experiment.features();
-        let measured = |feature: usize| features.iter().map(|hit| hit[feature]).sum::<f64>() / features.len() as f64;
+        let (_, set_ups) = experiment.set_ups();
+        let mean_of =
+            |hits: &Vec<Features>, feature: usize| hits.iter().map(|hit| hit[feature]).sum::<f64>() / hits.len() as f64;
+        let measured =
+            |feature: usize| set_ups.iter().map(|hits| mean_of(hits, feature)).sum::<f64>() / set_ups.len() as f64;
         let compared = |(feature, name): (usize, &&str)| {
             let compared = HitFeature {
                 measured: measured(feature).exp(),
@@ -158,8 +169,12 @@ impl ImpactOutcome {
         };
         let mut warnings: Vec<String> = experiment.noise.iter().map(noise).collect();
         let scatter = |feature: usize| {
-            let off = features.iter().map(|hit| (hit[feature] - measured(feature)).powi(2)).sum::<f64>();
-            (off / (features.len() as f64 - 1.0).max(1.0)).sqrt()
+            let about = |hits: &Vec<Features>| -> f64 {
+                let mean = mean_of(hits, feature);
+                hits.iter().map(|hit| (hit[feature] - mean).powi(2)).sum()
+            };
+            let freedom = hits.len().saturating_sub(set_ups.len()).max(1) as f64;
+            (set_ups.iter().map(about).sum::<f64>() / freedom).sqrt()
         };
         let wide = NAMES.iter().enumerate().filter(|(feature, _)| scatter(*feature) > SCATTER);
         let wide: Vec<String> =
