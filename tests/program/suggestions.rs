@@ -75,11 +75,13 @@ fn follow(line: &str) -> Result<usize, String> {
 }
 
 /// Files that no flag makes a record of a vibrometer: the beginning of what they are refused with.
-const REFUSED: [(&str, &str); 4] = [
+const REFUSED: [(&str, &str); 6] = [
     ("gwinstek-fast.csv", "the file has converter counts, not volts"),
     ("rto.csv", "expected samples, found settings alone"),
     ("spectrum.csv", "found a spectrum"),
     ("falling.csv", "the instants fall or jump"),
+    ("contradiction.h5", "they contradict each other"),
+    ("contradiction.npz", "they contradict each other"),
 ];
 
 /// The files of the project, and some that are written: without a header, with names alone, in counts of time.
