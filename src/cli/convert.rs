@@ -9,7 +9,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::measurement::{
-    Baseline, ByteOrder, Precision, ReadOptions, Record, RecordKind, RecordedQuantity, Samples, TimeResponse,
+    Baseline, ByteOrder, Masking, Precision, ReadOptions, Record, RecordKind, RecordedQuantity, Samples, TimeResponse,
     UniversalForm,
 };
 
@@ -24,7 +24,7 @@ use super::{
 /// Arguments of `granchain convert`.
 ///
 /// The recorded quantity is written as it stands in the file, in SI and on the file's own time axis: no sign is turned, no
-/// baseline, delay or trigger taken off.
+/// baseline, delay or trigger taken off, nothing masked.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain convert vib.csv vib.uff")]
 pub struct Arguments {
@@ -55,8 +55,9 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     }
     refuse_existing(out, "")?;
     let kind = arguments.kind;
-    let options =
-        ReadOptions { baseline: Baseline::None, ..arguments.reading.options_of_any(kind, arguments.drive_frequency)? };
+    let given = arguments.reading.options_of_any(kind, arguments.drive_frequency)?;
+    let mask = given.mask.clone();
+    let options = ReadOptions { baseline: Baseline::None, mask: Masking::None, ..given };
     let record = inspect::read(file, kind, &options)?;
     let bytes = if extension == "csv" { table(&record).into_bytes() } else { universal(&record, arguments.text) };
     write_new(out, &bytes, "the record ", "")?;
@@ -68,6 +69,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         out: out.display().to_string(),
         samples: record.raw.len(),
         unit: record.recorded.unit(),
+        would_mask: record.would_mask(&mask),
         assumptions: record.assumptions.clone(),
     };
     session.result(&written, &written)?;
@@ -117,12 +119,18 @@ struct Written {
     out: String,
     samples: usize,
     unit: &'static str,
+    /// What a calibration would mask of the values written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    would_mask: Option<String>,
     assumptions: Vec<String>,
 }
 
 impl fmt::Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {} samples of {} ({}), in {}", self.out, self.samples, self.file, self.form, self.unit)?;
+        if let Some(masked) = &self.would_mask {
+            writeln!(f, "  written as in the file; a calibration would mask {masked}")?;
+        }
         self.assumptions.iter().try_for_each(|line| writeln!(f, "  - {line}"))
     }
 }

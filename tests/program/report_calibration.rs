@@ -219,6 +219,7 @@ fn report() -> CalibrationReport {
         residual: (0..100).map(|i| (100e-6 + 1e-6 * f64::from(i), 2e-3, 3e-3)).collect(),
         alignment: "onset at 9.8 µs in both".into(),
         masked: vec![(120e-6, 122e-6)],
+        observed: Default::default(),
         instrument: vec!["The record is the mean of 16 shots.".into()],
         window: Some(Window::new(100e-6, 540e-6)),
         compared: vec!["positive_peak".into(), "band_1/3".into()],

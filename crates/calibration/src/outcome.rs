@@ -248,12 +248,21 @@ pub struct OutcomeFeature {
     pub unit: String,
 }
 
+impl FittedFeature {
+    /// One standard deviation of a run below and above the expected value, in the logarithm as `deviation`.
+    #[must_use]
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let (expected, scatter) = self.expected.zip(self.scatter)?;
+        Some([-1.0, 1.0].map(|side: f64| expected * (side * scatter).exp()))
+    }
+}
+
 /// One feature of the fit, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedFeature {
     /// Measured or published value; absent for a published statement without a number.
     pub measured: Option<f64>,
-    /// Expected minus measured at the most likely point, in units of the run-to-run standard deviation; the verdict is
+    /// ln of expected over measured at the most likely point, in units of the run-to-run standard deviation; the verdict is
     /// based on it.
     pub deviation: Option<f64>,
     /// Expected value; absent if the record has none.

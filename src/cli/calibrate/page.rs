@@ -126,6 +126,7 @@ fn record(
         instrument: Vec::new(),
         alignment: prediction.map_or_else(String::new, |found| alignment(found, &recorded_run.comparison.reduction)),
         masked: record.map_or_else(Vec::new, masked),
+        observed: prediction.map_or_else(Default::default, |prediction| prediction.response.observed),
         window: prediction.map(|prediction| prediction.window),
         compared: names.filter(|(_, weight)| **weight > 0.0).map(|(name, _)| name.into_owned()).collect(),
         published: prediction.map_or_else(BTreeMap::new, |prediction| printed(recorded_run, scene, prediction)),
@@ -494,12 +495,37 @@ fn feature_text(key: &str, feature: &FittedFeature, measured: &str) -> String {
     };
     let factor = if key == "negative_peak" { -factor } else { factor };
     let shown = |value: Option<f64>| value.map_or_else(|| "–".into(), |value| significant(value * factor, 3));
-    let scatter = feature.scatter.zip(feature.expected).map(|(scatter, expected)| scatter * expected.abs());
-    let deviation = feature.deviation.map_or_else(String::new, |pull| format!(" ({} SD)", signed(pull)));
+    let range = feature.range().map(|ends| format!("{} to {}", shown(Some(ends[0])), shown(Some(ends[1]))));
+    let deviation = feature.deviation.map(|pull| format!("{} SD", signed(pull)));
+    let about: Vec<String> = range.into_iter().chain(deviation).collect();
     format!(
-        "{measured} {}{unit}, model {} ± {}{unit}{deviation}",
+        "{measured} {}{unit}, model {}{unit} ({})",
         shown(feature.measured),
         shown(feature.expected),
-        scatter.map_or_else(|| "–".into(), |value| significant(value * factor.abs(), 2))
+        about.join("; ")
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_printed_numbers_of_a_feature_give_its_deviation() {
+        let (measured, expected, scatter) = (0.0507_f64, 0.0178_f64, 0.478);
+        let feature = FittedFeature {
+            measured: Some(measured),
+            deviation: Some((expected / measured).ln() / scatter),
+            expected: Some(expected),
+            scatter: Some(scatter),
+            widened: None,
+            model_error: None,
+            unit: "m/s".into(),
+        };
+        let text = feature_text("band_1/3", &feature, "record");
+        assert_eq!(text, "record 50.7 mm/s, model 17.8 mm/s (11.0 to 28.7; −2.2 SD)");
+        // By hand, from what is printed.
+        let by_hand = (17.8_f64 / 50.7).ln() / (28.7_f64 / 17.8).ln();
+        assert!((by_hand - -2.2).abs() < 0.05, "{by_hand}");
+    }
 }

@@ -47,7 +47,7 @@ use super::{
     estimate::refuse_excess,
 };
 use crate::{
-    response::{EnergyBalance, Response, SolverWork},
+    response::{EnergyBalance, ObservedPoint, Response, SolverWork},
     scene::{Integrator, PistonMotion, Scene},
     valid::need,
 };
@@ -123,7 +123,8 @@ impl ChainModel {
             }
             Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
         };
-        Ok(grid.response(energy, work).counted(scene.is_struck(), |forces| scene.chain.reading(forces)))
+        let observed = ObservedPoint::of(scene.support.presses_the_pole());
+        Ok(grid.response(observed, energy, work).counted(scene.is_struck(), |forces| scene.chain.reading(forces)))
     }
 }
 

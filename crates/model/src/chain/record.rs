@@ -151,12 +151,12 @@ impl Grid {
         self.sample().0
     }
 
-    pub(crate) fn response(mut self, energy: EnergyBalance, work: SolverWork) -> Response {
+    pub(crate) fn response(mut self, observed: ObservedPoint, energy: EnergyBalance, work: SolverWork) -> Response {
         self.sort_in();
         let Recorder { piston, displacement, velocity, force, .. } = &mut self.columns;
         for column in [displacement, velocity, force].into_iter().flatten() {
             column.resize(piston.len(), 0.0);
         }
-        self.columns.response(self.step, None, ObservedPoint::Pole, energy, work)
+        self.columns.response(self.step, None, observed, energy, work)
     }
 }

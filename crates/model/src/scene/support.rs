@@ -114,6 +114,11 @@ impl Support {
         }
     }
 
+    /// Whether the far pole of the last bead is pressed on a wall or a spring.
+    pub(crate) const fn presses_the_pole(&self) -> bool {
+        matches!(self, Self::Flat(_) | Self::Spring { .. } | Self::Foundation { .. })
+    }
+
     pub(crate) const fn is_free(&self) -> bool {
         matches!(self, Self::Free)
     }

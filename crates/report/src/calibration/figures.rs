@@ -60,7 +60,7 @@ pub(super) fn pulls(law: &Law<'_>, records: &[RecordReport]) -> Vec<Plate> {
     let shown = farthest.min(FARTHEST_PULL);
     let ends = 1.08 * shown;
     let y = Axis::new("Fitted feature", "").range(0.0, count as f64 + 1.0).named_ticks(names);
-    let mut panel = Panel::new(Axis::new("(model − record) / SD with model error", "1").range(-ends, ends), y);
+    let mut panel = Panel::new(Axis::new("ln(model/record) in SD with model error", "1").range(-ends, ends), y);
     let height = count as f64 + 1.0;
     for (half, label, tint) in [(2.0, "±2", 0.14), (1.0, "±1", 0.3)] {
         let corners = vec![(-half, 0.0), (half, 0.0), (half, height), (-half, height)];
@@ -107,16 +107,13 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         panel
     };
     let what = match measurand {
-        Measurand::Velocity => "Velocity of the last bead",
-        Measurand::Pressure => "Pressure at the hydrophone",
+        Measurand::Velocity => format!("velocity of the last bead’s {}", record.observed.name()),
+        Measurand::Pressure => "pressure at the hydrophone".to_owned(),
     };
     let both = match (&record.recorded, &record.simulated) {
-        (Some(_), Some(_)) => format!("{what}, {} and simulated", record.record_label),
-        (Some(_), None) => format!("{what}, {}", record.record_label),
-        _ => match measurand {
-            Measurand::Velocity => "Simulated velocity of the last bead".to_owned(),
-            Measurand::Pressure => "Simulated pressure at the hydrophone".to_owned(),
-        },
+        (Some(_), Some(_)) => format!("{}, {} and simulated", capitalised(&what), record.record_label),
+        (Some(_), None) => format!("{}, {}", capitalised(&what), record.record_label),
+        _ => format!("Simulated {what}"),
     };
     let start = main.start;
     let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::BenchReport;
 use crate::{page::Block, sweep::SweepReport};
 use granchain_calibration::outcome::CalibrationOutcome;
-use granchain_model::response::EnergyBalance;
+use granchain_model::response::{EnergyBalance, ObservedPoint};
 use granchain_signal::{Series, feature::Window};
 
 /// Everything the report says, plain and in SI.
@@ -65,6 +65,9 @@ pub struct RecordReport {
     /// Stretches that were bridged in it and in every simulated run, s, record time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masked: Vec<(f64, f64)>,
+    /// Point of the last bead whose velocity is compared.
+    #[serde(default)]
+    pub observed: ObservedPoint,
     /// What else was found of its instrument: averages, crosstalk; sentences of the first figure's caption.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub instrument: Vec<String>,

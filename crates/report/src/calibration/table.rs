@@ -28,10 +28,15 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
             let (factor, shown) = sound_unit(&feature.unit);
             let (measured, expected) = (factor * feature.measured?, factor * feature.expected?);
             let scatter = feature.scatter.unwrap_or(0.0).max(1e-4) * expected.abs();
+            let value = |value: f64| to_uncertainty(value, scatter);
+            let range = feature.range().map(|ends| ends.map(|end| factor * end));
             Some(vec![
                 name,
-                to_uncertainty(measured, scatter),
-                format!("{} ± {}", to_uncertainty(expected, scatter), significant(scatter, 2)),
+                value(measured),
+                range.map_or_else(
+                    || value(expected),
+                    |[low, high]| format!("{} ({} to {})", value(expected), value(low), value(high)),
+                ),
                 feature.deviation.map_or(NOTHING.into(), |pull| format!("{pull:+.1}")),
                 if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() },
             ])
@@ -43,14 +48,14 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     let columns = vec![
         Column::words("Fitted feature"),
         Column::numbers(record.record_label.clone()),
-        Column::words("model ± SD with model error"),
+        Column::words("model (−1 SD to +1 SD)"),
         Column::numbers("deviation"),
         Column::words("unit"),
     ];
     Some(Table {
         caption: "Features compared by the fit, as magnitudes. Peaks: over the whole response after the onset. Bands and means: in its late part. Early: \
-                  the given periods after the onset. Deviation: (model − record)/SD, after fitting, calculated in the logarithm; the SD includes the run-to-run spread and the model's \
-                  own error. The p of the features is calculated from these deviations."
+                  the given periods after the onset. Deviation: ln(model/record) in SD, after fitting; the SD is that of the logarithm and includes the run-to-run spread and the \
+                  model's own error. The p of the features is calculated from these deviations."
             .into(),
         columns,
         rows,
