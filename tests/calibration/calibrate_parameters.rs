@@ -203,6 +203,7 @@ fn recording(scene: &Scene, bandwidth: Option<f64>) -> Recording {
         rounding: 0.0,
         speckle: 0.0,
         quiet: 0,
+        origin: 0.0,
         clipped: [None; 2],
         begins_late: false,
         masked: vec![],
