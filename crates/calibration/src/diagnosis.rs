@@ -1,10 +1,10 @@
 //! Likely causes if the model does not explain a record: each cause is assumed in turn, and its p-value is computed.
 //!
 //! 1. Without a new run: a wrong sign, a factor on all amplitudes, the clock (seen in what the fit leaves of the waveform).
-//! 2. Every other cause is looked for by a few short runs: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of another radius,
+//! 2. Every other cause is looked for by its features: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of another radius,
 //!    modulus or material, faces of other materials, another support, an open first gap, friction in the guide, other damping laws.
-//! 3. Those whose runs come nearest to the record's first cycles are fitted, two at a time, until one explains the record and the next are farther
-//!    off, or the budget of runs is spent.
+//! 3. Where the fit saw the waveform too, short runs about these answers tell which come near the record's first cycles, and the nearest are fitted, two
+//!    at a time, until one explains the record and the next are farther off, or the budget of runs is spent.
 //!
 //! Causes that explain the record are named, most likely first; no others are. Causes that explain it about equally well are marked as equivalent.
 
@@ -22,7 +22,7 @@ use super::{
     likelihood::{TrainingRuns, neighbours},
     parameter::{Parameter, Target},
     posterior::Posterior,
-    search::{Search, ranking},
+    search::Search,
     statement::p_value,
     synthetic::with_law,
     waveform::{self, CLOCK, Compared, QUANTILE, Start, WaveformFit},
@@ -42,7 +42,10 @@ use granchain_signal::{
 const EXPLAINED: (f64, f64) = (0.3, 2.0);
 
 /// Most runs of a search for causes, short ones and long ones.
-const BUDGET: usize = 12_000;
+const BUDGET: usize = 16_000;
+
+/// Most causes, by their features, that short runs are made for.
+const SHORT: usize = 16;
 
 /// Factors of a wrong unit or range.
 const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
@@ -57,9 +60,6 @@ const AS_WELL: f64 = 0.3;
 
 /// Runs of a search for one cause by features; half as many again with a third parameter.
 const RUNS: usize = 200;
-
-/// Most runs of one cause, with those of its waveform.
-const DEAREST: usize = 3 * RUNS / 2 + waveform::HURRIED_RUNS;
 
 /// Share of what is left of a waveform that another clock has to explain, in standard deviations too, and the clocks that are named.
 const CLOCK_SHARE: f64 = 0.3;
@@ -228,31 +228,30 @@ impl Suspect {
         Self { cause, scene, further: None, compared: None, describe: Box::new(describe) }
     }
 
+    /// The record as it is compared.
+    fn trace(&self, record: &Series) -> Series {
+        let factor = self.compared.as_ref().map_or(1.0, |(_, factor)| *factor);
+        record.map(|value| factor * value)
+    }
+
     fn said(cause: Cause, scene: Scene, text: impl Into<String>) -> Self {
         let text = text.into();
         Self::new(cause, scene, move |_| text.clone())
     }
 }
 
-/// A suspect with what makes its runs, and where a fit of its waveform begins.
-struct Raced {
+/// A suspect with what makes its runs, and the answer of its features.
+struct Looked {
     suspect: Suspect,
     forward: Forward,
-    /// Start and misfit; `None` where no waveform can be compared.
-    near: Option<(Start, f64)>,
+    standing: Standing,
 }
 
-impl Raced {
-    fn misfit(&self) -> f64 {
-        self.near.as_ref().map_or(f64::INFINITY, |(_, misfit)| *misfit)
-    }
-}
-
-/// p under an assumed cause, with the fitted values and the number of runs.
-struct Tried {
-    p: f64,
-    values: Vec<f64>,
-    runs: usize,
+/// The same with where a fit of its waveform begins, and the misfit there.
+struct Raced {
+    looked: Looked,
+    start: Start,
+    misfit: f64,
 }
 
 impl Case<'_> {
@@ -269,33 +268,24 @@ impl Case<'_> {
             runs += made;
         }
         suspects.extend(self.suspects());
-        told(&format!("{} other causes, by short runs", suspects.len()));
-        let mut raced: Vec<Raced> =
-            two_at_a_time(suspects, |suspect| self.raced(suspect)).into_iter().flatten().collect();
-        runs += raced.iter().filter(|raced| raced.near.is_some()).count() * waveform::QUICK_RUNS;
-        raced.sort_by(|a, b| a.misfit().total_cmp(&b.misfit()));
-        let mut found: Vec<(f64, f64)> = Vec::new();
-        let mut rest = raced.into_iter().peekable();
-        while let Some(next) = rest.peek() {
-            let best = found.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-            let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit() > EXPLAINED.1 * misfit);
-            let pair: Vec<Raced> = if cannot || runs + 2 * DEAREST > BUDGET { Vec::new() } else { rest.by_ref().take(2).collect() };
-            if pair.is_empty() || !(self.watch)(0) {
-                break;
-            }
-            let named: Vec<String> = pair.iter().map(|raced| raced.suspect.cause.words().to_owned()).collect();
-            told(&named.join(" and "));
-            for (raced, tried) in two_at_a_time(pair, |raced| {
-                let tried = self.tried(&raced);
-                (raced, tried)
-            }) {
-                let Some(Tried { p, values, runs: made }) = tried else { continue };
-                runs += made;
-                found.push((p, raced.misfit()));
-                if self.worth(p) {
-                    add(&mut findings, self.finding(&raced.suspect, p, &values));
-                }
-            }
+        told(&format!("{} others, by features", suspects.len()));
+        let looked: Vec<Looked> =
+            two_at_a_time(suspects, |suspect| self.looked(suspect)).into_iter().flatten().collect();
+        runs += looked.iter().map(|looked| features_runs(&looked.forward)).sum::<usize>();
+        let mut worth: Vec<Looked> = looked.into_iter().filter(|looked| self.worth(looked.standing.p)).collect();
+        if self.sees_waveform() {
+            worth.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
+            worth.truncate(SHORT);
+            told(&format!("{} of them, by short runs", worth.len()));
+            runs += worth.len() * waveform::QUICK_RUNS;
+            let mut raced: Vec<Raced> =
+                two_at_a_time(worth, |looked| self.raced(looked)).into_iter().flatten().collect();
+            raced.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+            runs = self.fitted(raced, runs, told, &mut findings);
+        } else {
+            worth
+                .iter()
+                .for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
         }
         let explained = findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
         if !explained && runs + SHOTS * 3 * RUNS / 2 <= BUDGET && (self.watch)(0) {
@@ -319,6 +309,43 @@ impl Case<'_> {
         findings.truncate(NAMED.max(1 + equivalent).saturating_sub(all.len()).clamp(1, EQUIVALENT));
         all.extend(findings);
         Diagnosis { findings: all, stopped: false, runs }
+    }
+
+    /// Fits the waveforms of causes, the nearest first, as far as the budget goes; the runs made so far.
+    fn fitted(&self, raced: Vec<Raced>, mut runs: usize, told: Told, findings: &mut Vec<Finding>) -> usize {
+        let mut best: Option<(f64, f64)> = None;
+        let mut rest = raced.into_iter().peekable();
+        while let Some(next) = rest.peek() {
+            let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit > EXPLAINED.1 * misfit);
+            if cannot || runs + 2 * waveform::HURRIED_RUNS > BUDGET || !(self.watch)(0) {
+                break;
+            }
+            let pair: Vec<Raced> = rest.by_ref().take(2).collect();
+            let named: Vec<&str> = pair.iter().map(|raced| raced.looked.suspect.cause.words()).collect();
+            told(&named.join(" and "));
+            let tried = two_at_a_time(pair, |raced| {
+                let found = self.waveform(&raced);
+                (raced, found)
+            });
+            for (Raced { looked, misfit, .. }, found) in tried {
+                let Some(found) = found else {
+                    // What the waveform cannot be fitted with is no cause.
+                    runs += waveform::HURRIED_RUNS;
+                    continue;
+                };
+                runs += found.runs as usize;
+                let p = found.with_amplitudes(looked.standing.p);
+                best = best.filter(|(best, _)| *best >= p).or(Some((p, misfit)));
+                if self.worth(p) {
+                    // Nor what leaves more of a short window than runs do.
+                    let at = looked.forward.parameters.iter().zip(&found.at);
+                    let at: Vec<f64> = at.map(|(parameter, u)| parameter.value(*u)).collect();
+                    let values = if found.decides() { &at } else { &looked.standing.values };
+                    add(findings, self.finding(&looked.suspect, p, values));
+                }
+            }
+        }
+        runs
     }
 
     fn finding(&self, suspect: &Suspect, p: f64, values: &[f64]) -> Finding {
@@ -412,7 +439,8 @@ impl Case<'_> {
         let text = format!("a mean of several shots (averages=N), here of {SHOTS}");
         let suspect = Suspect::said(Cause::Averages, self.scene.clone(), text);
         let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
-        let forward = self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
+        let forward =
+            self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
         let found = forward.and_then(|forward| self.by_features(&forward)).filter(|found| self.worth(found.p));
         (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * 3 * RUNS / 2)
     }
@@ -648,60 +676,39 @@ impl Case<'_> {
         if self.scene.damping.kind == DampingKind::None && scene.damping.kind != DampingKind::None {
             names.push("damping");
         }
-        names.into_iter().map(|name| Parameter::named(name, scene).ok()).collect::<Option<Vec<_>>>().map(|all| all.concat())
+        names
+            .into_iter()
+            .map(|name| Parameter::named(name, scene).ok())
+            .collect::<Option<Vec<_>>>()
+            .map(|all| all.concat())
     }
 
-    /// Points of the fit, the best first, in the coordinates of other parameters.
-    fn known(&self, parameters: &[Parameter]) -> Vec<Vec<f64>> {
-        let training = self.training(&self.comparison.features);
-        let best = ranking(&training).into_iter().map(|(_, run)| training.position(run).to_vec());
-        let place = |u: &[f64], wanted: &Parameter| {
-            let (own, u) = self.parameters.iter().zip(u).find(|(own, _)| own.name == wanted.name)?;
-            Some(if own.unit == wanted.unit { wanted.coordinate(own.value(*u)).clamp(0.0, 1.0) } else { *u })
-        };
-        let point = |u: Vec<f64>| parameters.iter().map(|wanted| place(&u, wanted).unwrap_or(0.5)).collect();
-        std::iter::once(self.fit.most_likely.clone()).chain(best).map(point).collect()
-    }
-
-    /// A suspect after a search with a few short runs.
-    fn raced(&self, suspect: Suspect) -> Option<Raced> {
+    /// A suspect after a search by its features.
+    fn looked(&self, suspect: Suspect) -> Option<Looked> {
         let mut parameters = self.parameters(&suspect.scene)?;
         parameters.extend(suspect.further.clone());
-        let (comparison, factor) = suspect.compared.as_ref().map_or((self.comparison, 1.0), |(it, by)| (it, *by));
+        let comparison = suspect.compared.as_ref().map_or(self.comparison, |(comparison, _)| comparison);
         let forward = self.forward(&suspect.scene, parameters, comparison.clone())?;
-        let near = self.trace.and_then(|trace| {
-            let trace = trace.map(|value| factor * value);
-            waveform::quick(self.compared(&forward, &trace), &self.known(&forward.parameters), self.seed)
-        });
-        Some(Raced { suspect, forward, near })
+        let standing = self.by_features(&forward)?;
+        Some(Looked { suspect, forward, standing })
+    }
+
+    /// The same after short runs about that answer; `None` if stopped.
+    fn raced(&self, looked: Looked) -> Option<Raced> {
+        let trace = looked.suspect.trace(self.trace?);
+        let compared = self.compared(&looked.forward, &trace);
+        let (start, misfit) = waveform::quick(compared, &looked.standing.elite, self.seed)?;
+        Some(Raced { looked, start, misfit })
+    }
+
+    fn waveform(&self, raced: &Raced) -> Option<WaveformFit> {
+        let trace = raced.looked.suspect.trace(self.trace?);
+        waveform::hurried(self.compared(&raced.looked.forward, &trace), Ok(raced.start.clone()), self.seed)
     }
 
     /// Answer of the features by a search of its own.
     fn by_features(&self, forward: &Forward) -> Option<Standing> {
         standing(forward, Search::new(forward, features_runs(forward), self.seed)).ok()
-    }
-
-    /// p of a suspect by its features, and by its waveform where the fit saw one; `None` if stopped.
-    fn tried(&self, raced: &Raced) -> Option<Tried> {
-        let forward = &raced.forward;
-        let Standing { p, values } = self.by_features(forward)?;
-        let runs = features_runs(forward);
-        let (Some((start, _)), Some(trace)) = (&raced.near, self.trace.filter(|_| self.sees_waveform())) else {
-            return Some(Tried { p, values, runs });
-        };
-        if !self.worth(p) {
-            return Some(Tried { p, values, runs });
-        }
-        let factor = raced.suspect.compared.as_ref().map_or(1.0, |(_, factor)| *factor);
-        let trace = trace.map(|value| factor * value);
-        // What the waveform cannot be fitted with is no cause.
-        let Some(found) = waveform::hurried(self.compared(forward, &trace), Ok(start.clone()), self.seed) else {
-            return Some(Tried { p: 0.0, values, runs: runs + waveform::HURRIED_RUNS });
-        };
-        let at = forward.parameters.iter().zip(&found.at).map(|(parameter, u)| parameter.value(*u)).collect();
-        // Nor what leaves more of a short window than runs do.
-        let values = if found.decides() { at } else { values };
-        Some(Tried { p: found.with_amplitudes(p), values, runs: runs + found.runs as usize })
     }
 
     /// Whether p is high enough for the cause to be named.
@@ -720,8 +727,7 @@ impl Case<'_> {
     /// p-value of a record with these features by the runs of the fit, with a free factor on all amplitudes (`factor`: standard deviation in ln).
     fn judged(&self, features: &[f64], factor: f64) -> Option<Judgement> {
         let comparison = self.comparison;
-        let scaled =
-            self.training(features).scaled(factor.max(comparison.sensitivity), comparison.answers());
+        let scaled = self.training(features).scaled(factor.max(comparison.sensitivity), comparison.answers());
         let posterior = Posterior::of(&scaled, self.parameters.len())?;
         let at = posterior.centre(posterior.densest());
         let p = Agreement::of(&scaled, &at, self.seed)?.p;

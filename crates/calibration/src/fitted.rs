@@ -274,8 +274,7 @@ impl Fitted {
     /// Whether causes are to be looked for: the best candidate does not explain the first record.
     pub fn is_in_doubt(&self) -> bool {
         let fit = &self.best().fit;
-        fit.verdict != Verdict::WithinScatter
-            && (fit.verdict != Verdict::NotConverged || fit.agreement.p < DOUBTFUL)
+        fit.verdict != Verdict::WithinScatter && (fit.verdict != Verdict::NotConverged || fit.agreement.p < DOUBTFUL)
     }
 
     /// Up to three likely causes if the best candidate does not explain the first record, most likely first. Makes

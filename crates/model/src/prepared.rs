@@ -12,8 +12,8 @@ use super::{
 use crate::{
     response::{Preparation, Response},
     scene::{
-        Bead, ContactLaw, FlatContact, Integrator, Material, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene, Support,
-        WaterSettings,
+        Bead, ContactLaw, FlatContact, Integrator, Material, Meshing, ModelKind, PistonMotion, ReducedSettings, Scene,
+        Support, WaterSettings,
     },
 };
 use granchain_signal::Series;

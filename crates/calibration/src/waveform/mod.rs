@@ -24,9 +24,9 @@ use argmin::core::Executor;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
-pub(crate) use self::{columns::CLOCK, start::Start};
 pub use self::residual::{Clock, Residual};
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
+pub(crate) use self::{columns::CLOCK, start::Start};
 use self::{
     record::RecordTrace,
     rounds::{Answer, LOST, Rounds},

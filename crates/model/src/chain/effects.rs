@@ -62,7 +62,11 @@ impl Effects {
             let law = match (contact, beads.get(contact)) {
                 (0, _) => Yielding::of(&beads[0], Err(scene.piston_face()), strength),
                 (_, Some(next)) => Yielding::of(&beads[contact - 1], Ok(next), strength),
-                (_, None) => Yielding::of(&beads[contact - 1], Err(scene.support.flat()?.material(&beads[contact - 1].material)), strength),
+                (_, None) => Yielding::of(
+                    &beads[contact - 1],
+                    Err(scene.support.flat()?.material(&beads[contact - 1].material)),
+                    strength,
+                ),
             };
             Some(law.oblique(cosine(contact)))
         });

@@ -18,7 +18,9 @@ use super::{
 };
 use crate::{
     Estimate, ModelError,
-    contact_law::{ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, effective_modulus, for_terms, terms_of},
+    contact_law::{
+        ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, effective_modulus, for_terms, terms_of,
+    },
     number::{Lane, Mask, Number, WIDTH},
     scene::{DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Integrator, PistonMotion, Scene, Support},
 };
@@ -595,7 +597,8 @@ mod tests {
         let mut variation = Variation::of(&scene);
         change(&mut variation);
         assert!(!ensemble.is_single && ensemble.goes_in_lanes(&variation));
-        let (lane, alone) = (ensemble.run(&[variation.clone()]).remove(0).unwrap(), ensemble.single(&variation).unwrap());
+        let (lane, alone) =
+            (ensemble.run(&[variation.clone()]).remove(0).unwrap(), ensemble.single(&variation).unwrap());
         let largest = lane.values.iter().zip(&alone.values).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
         largest / alone.peak()
     }
@@ -608,7 +611,8 @@ mod tests {
         // The continued fraction of tanh, 2e-3 of a force of 2 mN.
         assert!(apart(&guide, |_| ()) < 2e-3);
         let varied = |variation: &mut Variation| variation.effects.friction_force = Some(2e-3);
-        let (with, without) = (apart(&guide, varied), ["holder.slip_velocity=1 mm/s", "holder.friction_force=1 uN", SHORT]);
+        let (with, without) =
+            (apart(&guide, varied), ["holder.slip_velocity=1 mm/s", "holder.friction_force=1 uN", SHORT]);
         assert_eq!(with, apart(&guide, |_| ()));
         assert!(apart(&without, varied) < 2e-3);
     }

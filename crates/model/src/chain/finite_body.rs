@@ -5,7 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::laws::{ContactLaws, need_law};
 use crate::{
     ModelError,
-    contact_law::{Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness},
+    contact_law::{
+        Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness,
+        bead_pair_stiffness,
+    },
     fea::{
         FeaError,
         arrangement::Arrangement,

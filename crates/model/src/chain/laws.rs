@@ -3,7 +3,9 @@
 use super::finite_body::FiniteBodyLaws;
 use crate::{
     ModelError,
-    contact_law::{Annulus, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness, foundation},
+    contact_law::{
+        Annulus, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness, bead_pair_stiffness, foundation,
+    },
     scene::{FlatContact, Scene, Support},
 };
 

@@ -132,7 +132,8 @@ mod tests {
         let titanium = bead_face_stiffness(&bead(), Some(&Material::titanium()));
         assert!((titanium / (4.0 / 3.0 * 81.398_4e9 * 0.5e-3f64.sqrt()) - 1.0).abs() < 1e-5, "{titanium:e}");
         let carbide = bead_face_stiffness(&bead(), Some(&Material::tungsten_carbide()));
-        let [steel, rigid] = [FlatContact::HalfSpace, FlatContact::Rigid].map(|flat| bead_flat_stiffness(&bead(), flat));
+        let [steel, rigid] =
+            [FlatContact::HalfSpace, FlatContact::Rigid].map(|flat| bead_flat_stiffness(&bead(), flat));
         assert!(titanium < steel && steel < carbide && carbide < rigid);
     }
 

@@ -84,7 +84,10 @@ impl Cache {
     pub(crate) fn contact_laws(&self, scene: &Scene) -> Result<FiniteBodyLaws, ModelError> {
         let key = key(scene)?;
         let factor = scene.support.stiffness().map(f64::to_bits);
-        let key = sha256(format!("{key} {} {factor:?} {:?} {:?}", scene.contact_law.name(), scene.piston, scene.piston_material).as_bytes());
+        let key = sha256(
+            format!("{key} {} {factor:?} {:?} {:?}", scene.contact_law.name(), scene.piston, scene.piston_material)
+                .as_bytes(),
+        );
         let path = self.folder.join(format!("{LAWS}{key}{}", NAME.1));
         if let Some(laws) = read(&path, LAWS_HEADER, &key).filter(|laws: &FiniteBodyLaws| laws.is_of(scene)) {
             used(&path);

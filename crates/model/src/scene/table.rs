@@ -5,8 +5,8 @@ use super::{
     DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
     FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
     condition::{
-        BODY_MESH, DISC, DRIVES, FACE, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS, OWN_BODY,
-        OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
+        BODY_MESH, DISC, DRIVES, FACE, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS,
+        OWN_BODY, OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
     },
     key::{
         Bound,

@@ -95,11 +95,11 @@ pub struct Expected {
 
 use Condition::{
     Aluminium, Averages, BeadFewer, BeadMore, Benches, Bits, BothLaws, BurstOnly, CausalDecoder, Clipped60, Clipped85,
-    Clipped95, Clock, ClockOff, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes, FirstGap, Frequency,
-    Friction, HornFace, HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger, LateVibrometer, LowDrive, Middle, Modulated,
-    Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius, OtherLaw, Period3, Pretrigger, PureNoise, Radius, Rough,
-    ScaleDown, ScaleUp, Sensitivity, ShortHorn, ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts,
-    UnitDown, UnitUp,
+    Clipped95, Clock, ClockOff, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes,
+    FirstGap, Frequency, Friction, HornFace, HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger,
+    LateVibrometer, LowDrive, Middle, Modulated, Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius,
+    OtherLaw, Period3, Pretrigger, PureNoise, Radius, Rough, ScaleDown, ScaleUp, Sensitivity, ShortHorn,
+    ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
