@@ -40,6 +40,9 @@ fn faces() -> [Material; 4] {
     [Material::aluminium(), Material::titanium(), Material::chrome_steel(), Material::tungsten_carbide()]
 }
 
+/// A finding and its remedy for fitted values.
+type Describe = Box<dyn Fn(&[f64]) -> String + Send + Sync>;
+
 /// A cause that is assumed.
 pub(super) struct Suspect {
     pub(super) cause: Cause,
@@ -49,7 +52,7 @@ pub(super) struct Suspect {
     /// What is compared instead of the record's features, and the factor on the record.
     pub(super) compared: Option<(Comparison, f64)>,
     /// Finding and remedy for the fitted values.
-    pub(super) describe: Box<dyn Fn(&[f64]) -> String + Send + Sync>,
+    pub(super) describe: Describe,
 }
 
 impl Suspect {
