@@ -77,6 +77,28 @@ const CASES: &[Case] = &[
         phrases: &["lab/broken.csv:1", "expected rows", "record again"],
     },
     Case {
+        name: "a record of another drive beside the horn's",
+        prepare: |place| {
+            horn(place, 20.0, 40.0);
+            // 35 of 73 kHz is near a half.
+            let row = |index: i32| {
+                let (time, envelope) = (f64::from(index) * 2e-7, (f64::from(index.clamp(0, 600)) / 600.0));
+                let tone = |multiple: f64| (std::f64::consts::TAU * 35e3 * multiple * time).sin();
+                format!("{:.1},{:.4}\n", 1e6 * time, 80.0 * envelope * (tone(1.0) + 0.5 * tone(2.0)))
+            };
+            let rows: String = (-200..3000).map(row).collect();
+            fs::write(place.join("elsewhere.csv"), format!("time_us,velocity_mm_per_s\n{rows}")).unwrap();
+        },
+        flags: &["--measured", "elsewhere.csv", "--drive", "lab/broken.csv"],
+        phrases: &[
+            "elsewhere.csv",
+            "lines of a drive at 73.0",
+            "as in lab/broken.csv",
+            "strongest line at 34.99",
+            "--drive",
+        ],
+    },
+    Case {
         name: "text in a number column",
         prepare: |place| cell(place, "hello"),
         flags: MEASURED,

@@ -12,6 +12,7 @@ mod calibrate_parameters;
 mod calibrate_pressure;
 mod calibrate_refusal;
 mod calibrate_replay;
+mod causes;
 #[path = "../harness/mod.rs"]
 mod harness;
 mod invariance;

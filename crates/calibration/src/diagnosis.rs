@@ -1,18 +1,21 @@
 //! Likely causes if the model does not explain a record: each cause is assumed in turn, and its p-value is computed.
 //!
 //! 1. Without a new run: a wrong sign, a factor on all amplitudes, the clock (seen in what the fit leaves of the waveform).
-//! 2. Every other cause is looked for by a few short runs: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of another radius,
+//! 2. Every other cause is looked for by its features: powers of ten (a unit), the horn's sign, one bead more or fewer, beads of another radius,
 //!    modulus or material, faces of other materials, another support, an open first gap, friction in the guide, other damping laws.
-//! 3. Those whose runs come nearest to the record's first cycles are fitted, two at a time, until one explains the record and the next are farther
-//!    off, or the budget of runs is spent.
+//! 3. Where the fit saw the waveform too, short runs about these answers tell which come near the record's first cycles, and the nearest are fitted, two
+//!    at a time, until one explains the record and the next are farther off, or the budget of runs is spent.
 //!
 //! Causes that explain the record are named, most likely first; no others are. Causes that explain it about equally well are marked as equivalent.
+
+mod suspect;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::suspect::Suspect;
 use super::{
     agreement::{Agreement, DOUBTFUL},
     comparison::{Comparison, Reduction},
@@ -22,15 +25,14 @@ use super::{
     likelihood::{TrainingRuns, neighbours},
     parameter::{Parameter, Target},
     posterior::Posterior,
-    search::{Search, ranking},
+    search::Search,
     statement::p_value,
-    synthetic::with_law,
     waveform::{self, CLOCK, Compared, QUANTILE, Start, WaveformFit},
 };
 use granchain_model::{
     self as model,
     chain::FiniteBodyLaws,
-    scene::{Bead, DEFAULT_SLIP_VELOCITY, DampingKind, DriveKind, FlatContact, Holder, Material, Scene, Support},
+    scene::{DampingKind, Scene},
 };
 use granchain_signal::{
     Series,
@@ -42,10 +44,10 @@ use granchain_signal::{
 const EXPLAINED: (f64, f64) = (0.3, 2.0);
 
 /// Most runs of a search for causes, short ones and long ones.
-const BUDGET: usize = 12_000;
+const BUDGET: usize = 16_000;
 
-/// Factors of a wrong unit or range.
-const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
+/// Most causes, by their features, that short runs are made for.
+const SHORT: usize = 16;
 
 const NAMED: usize = 3;
 
@@ -58,9 +60,6 @@ const AS_WELL: f64 = 0.3;
 /// Runs of a search for one cause by features; half as many again with a third parameter.
 const RUNS: usize = 200;
 
-/// Most runs of one cause, with those of its waveform.
-const DEAREST: usize = 3 * RUNS / 2 + waveform::HURRIED_RUNS;
-
 /// Share of what is left of a waveform that another clock has to explain, in standard deviations too, and the clocks that are named.
 const CLOCK_SHARE: f64 = 0.3;
 const CLOCK_SEEN: f64 = 4.0;
@@ -68,10 +67,6 @@ const CLOCKS: (f64, f64) = (2e-4, 0.02);
 
 /// Standard deviation of a clock that was corrected already.
 const CLOCK_LEFT: f64 = 10.0 * CLOCK;
-
-/// Friction of a bead guide that is looked for, over the weight of a bead.
-const FRICTION: (f64, f64) = (0.5, 1000.0);
-const GRAVITY: f64 = 9.81;
 
 /// Predictable cycles from which an average of several shots is that of one.
 const STEADY: f64 = 20.0;
@@ -90,32 +85,6 @@ const FACTOR: f64 = 0.1;
 
 /// Assumed number of shots of an unstated average.
 const SHOTS: usize = 8;
-
-/// Relative change of the bead radius that is tried, both ways.
-const RADIUS: f64 = 0.1;
-
-fn materials() -> [(&'static str, Material); 7] {
-    let other = |name: &'static str, youngs_modulus, poissons_ratio, density| {
-        (name, Material { name: name.into(), youngs_modulus, poissons_ratio, density })
-    };
-    [
-        ("chrome steel", Material::chrome_steel()),
-        ("aluminium", Material::aluminium()),
-        other("brass", 103e9, 0.34, 8500.0),
-        ("soda-lime glass", Material::glass()),
-        other("zirconia", 205e9, 0.31, 6050.0),
-        ("tungsten carbide", Material::tungsten_carbide()),
-        ("titanium", Material::titanium()),
-    ]
-}
-
-/// What horns are made of, softest first.
-fn faces() -> [Material; 4] {
-    [Material::aluminium(), Material::titanium(), Material::chrome_steel(), Material::tungsten_carbide()]
-}
-
-/// Relative difference of constants below which two materials count as the same.
-const ALIKE: f64 = 0.08;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -213,48 +182,18 @@ pub struct Diagnosis {
 /// Told what is looked for next.
 pub type Told<'a> = &'a dyn Fn(&str);
 
-/// A cause that is assumed.
-struct Suspect {
-    cause: Cause,
-    scene: Scene,
-    /// A further parameter.
-    further: Option<Parameter>,
-    /// What is compared instead of the record's features, and the factor on the record.
-    compared: Option<(Comparison, f64)>,
-    /// Finding and remedy for the fitted values.
-    describe: Box<dyn Fn(&[f64]) -> String + Send + Sync>,
-}
-
-impl Suspect {
-    fn new(cause: Cause, scene: Scene, describe: impl Fn(&[f64]) -> String + Send + Sync + 'static) -> Self {
-        Self { cause, scene, further: None, compared: None, describe: Box::new(describe) }
-    }
-
-    fn said(cause: Cause, scene: Scene, text: impl Into<String>) -> Self {
-        let text = text.into();
-        Self::new(cause, scene, move |_| text.clone())
-    }
-}
-
-/// A suspect with what makes its runs, and where a fit of its waveform begins.
-struct Raced {
+/// A suspect with what makes its runs, and the answer of its features.
+struct Looked {
     suspect: Suspect,
     forward: Forward,
-    /// Start and misfit; `None` where no waveform can be compared.
-    near: Option<(Start, f64)>,
+    standing: Standing,
 }
 
-impl Raced {
-    fn misfit(&self) -> f64 {
-        self.near.as_ref().map_or(f64::INFINITY, |(_, misfit)| *misfit)
-    }
-}
-
-/// p under an assumed cause, with the fitted values and the number of runs.
-struct Tried {
-    p: f64,
-    values: Vec<f64>,
-    runs: usize,
+/// The same with where a fit of its waveform begins, and the misfit there.
+struct Raced {
+    looked: Looked,
+    start: Start,
+    misfit: f64,
 }
 
 impl Case<'_> {
@@ -271,34 +210,24 @@ impl Case<'_> {
             runs += made;
         }
         suspects.extend(self.suspects());
-        told(&format!("{} other causes, by short runs", suspects.len()));
-        let mut raced: Vec<Raced> =
-            two_at_a_time(suspects, |suspect| self.raced(suspect)).into_iter().flatten().collect();
-        runs += raced.iter().filter(|raced| raced.near.is_some()).count() * waveform::QUICK_RUNS;
-        raced.sort_by(|a, b| a.misfit().total_cmp(&b.misfit()));
-        let mut found: Vec<(f64, f64)> = Vec::new();
-        let mut rest = raced.into_iter().peekable();
-        while let Some(next) = rest.peek() {
-            let best = found.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-            let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit() > EXPLAINED.1 * misfit);
-            let pair: Vec<Raced> =
-                if cannot || runs + 2 * DEAREST > BUDGET { Vec::new() } else { rest.by_ref().take(2).collect() };
-            if pair.is_empty() || !(self.watch)(0) {
-                break;
-            }
-            let named: Vec<String> = pair.iter().map(|raced| raced.suspect.cause.words().to_owned()).collect();
-            told(&named.join(" and "));
-            for (raced, tried) in two_at_a_time(pair, |raced| {
-                let tried = self.tried(&raced);
-                (raced, tried)
-            }) {
-                let Some(Tried { p, values, runs: made }) = tried else { continue };
-                runs += made;
-                found.push((p, raced.misfit()));
-                if self.worth(p) {
-                    add(&mut findings, self.finding(&raced.suspect, p, &values));
-                }
-            }
+        told(&format!("{} others, by features", suspects.len()));
+        let looked: Vec<Looked> =
+            two_at_a_time(suspects, |suspect| self.looked(suspect)).into_iter().flatten().collect();
+        runs += looked.iter().map(|looked| features_runs(&looked.forward)).sum::<usize>();
+        let mut worth: Vec<Looked> = looked.into_iter().filter(|looked| self.worth(looked.standing.p)).collect();
+        if self.sees_waveform() {
+            worth.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
+            worth.truncate(SHORT);
+            told(&format!("{} of them, by short runs", worth.len()));
+            runs += worth.len() * waveform::QUICK_RUNS;
+            let mut raced: Vec<Raced> =
+                two_at_a_time(worth, |looked| self.raced(looked)).into_iter().flatten().collect();
+            raced.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+            runs = self.fitted(raced, runs, told, &mut findings);
+        } else {
+            worth
+                .iter()
+                .for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
         }
         let explained = findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
         if !explained && runs + SHOTS * 3 * RUNS / 2 <= BUDGET && (self.watch)(0) {
@@ -322,6 +251,43 @@ impl Case<'_> {
         findings.truncate(NAMED.max(1 + equivalent).saturating_sub(all.len()).clamp(1, EQUIVALENT));
         all.extend(findings);
         Diagnosis { findings: all, stopped: false, runs }
+    }
+
+    /// Fits the waveforms of causes, the nearest first, as far as the budget goes; the runs made so far.
+    fn fitted(&self, raced: Vec<Raced>, mut runs: usize, told: Told, findings: &mut Vec<Finding>) -> usize {
+        let mut best: Option<(f64, f64)> = None;
+        let mut rest = raced.into_iter().peekable();
+        while let Some(next) = rest.peek() {
+            let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit > EXPLAINED.1 * misfit);
+            if cannot || runs + 2 * waveform::HURRIED_RUNS > BUDGET || !(self.watch)(0) {
+                break;
+            }
+            let pair: Vec<Raced> = rest.by_ref().take(2).collect();
+            let named: Vec<&str> = pair.iter().map(|raced| raced.looked.suspect.cause.words()).collect();
+            told(&named.join(" and "));
+            let tried = two_at_a_time(pair, |raced| {
+                let found = self.waveform(&raced);
+                (raced, found)
+            });
+            for (Raced { looked, misfit, .. }, found) in tried {
+                let Some(found) = found else {
+                    // What the waveform cannot be fitted with is no cause.
+                    runs += waveform::HURRIED_RUNS;
+                    continue;
+                };
+                runs += found.runs as usize;
+                let p = found.with_amplitudes(looked.standing.p);
+                best = best.filter(|(best, _)| *best >= p).or(Some((p, misfit)));
+                if self.worth(p) {
+                    // Nor what leaves more of a short window than runs do.
+                    let at = looked.forward.parameters.iter().zip(&found.at);
+                    let at: Vec<f64> = at.map(|(parameter, u)| parameter.value(*u)).collect();
+                    let values = if found.decides() { &at } else { &looked.standing.values };
+                    add(findings, self.finding(&looked.suspect, p, values));
+                }
+            }
+        }
+        runs
     }
 
     fn finding(&self, suspect: &Suspect, p: f64, values: &[f64]) -> Finding {
@@ -390,22 +356,6 @@ impl Case<'_> {
         Some((finding, waveform::PLACED_RUNS + found.runs as usize))
     }
 
-    /// Powers of ten in all amplitudes, which are too far for the runs of the fit.
-    fn decades(&self) -> Vec<Suspect> {
-        let of = |factor: f64| {
-            // A record ten times too large is compared as a tenth of it.
-            let comparison = self.comparison.scaled(1.0 / factor)?;
-            let text = format!(
-                "amplitudes {factor} times as large as they should be (the peak is {}); check the unit of the column and the sensitivity \
-                 (--unit, --scale)",
-                self.peak()
-            );
-            let suspect = Suspect::said(Cause::Scale, self.scene.clone(), text);
-            Some(Suspect { compared: Some((comparison, 1.0 / factor)), ..suspect })
-        };
-        DECADES.into_iter().filter_map(of).collect()
-    }
-
     /// An average of several shots, which weakens and smooths whatever differs from shot to shot; nothing where that is little.
     fn averaged(&self) -> (Option<Finding>, usize) {
         let steady = self.fit.waveform.as_ref().is_some_and(|waveform| waveform.cycles > STEADY);
@@ -419,195 +369,6 @@ impl Case<'_> {
             self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
         let found = forward.and_then(|forward| self.by_features(&forward)).filter(|found| self.worth(found.p));
         (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * 3 * RUNS / 2)
-    }
-
-    /// Scene, further parameter and text of each cause.
-    fn suspects(&self) -> Vec<Suspect> {
-        let all = [self.other_beads(), self.other_ends(), self.other_constants(), self.other_laws(), self.decades()];
-        all.into_iter().flatten().collect()
-    }
-
-    /// Another number of beads, or beads of another size or material.
-    fn other_beads(&self) -> Vec<Suspect> {
-        let own = self.scene;
-        let mut suspects: Vec<Suspect> = Vec::new();
-        let beads = own.chain.beads.len();
-        for count in [beads.saturating_sub(1), beads + 1] {
-            if count == 0 || own.chain.gaps.iter().any(|gap| *gap != own.chain.gaps[0]) {
-                continue;
-            }
-            let mut scene = own.clone();
-            let (bead, gap) = (own.chain.beads[beads - 1].clone(), own.chain.gaps[0]);
-            scene.chain.beads.resize(count, bead);
-            scene.chain.gaps.resize(count + 1, gap);
-            let text = format!("{count} beads instead of {beads} (chain.beads={count})");
-            suspects.push(Suspect::said(Cause::Beads, scene, text));
-        }
-        for factor in [1.0 - RADIUS, 1.0 + RADIUS] {
-            let mut scene = own.clone();
-            scene.chain.beads.iter_mut().for_each(|bead| bead.radius *= factor);
-            let text = format!("beads of a radius of about {:.3} mm (chain.radius)", scene.chain.beads[0].radius * 1e3);
-            suspects.push(Suspect::said(Cause::Radius, scene, text));
-        }
-        let first = own.chain.beads[0].material.clone();
-        for (name, material) in materials() {
-            if is_alike(&first, &material) {
-                continue;
-            }
-            let mut scene = own.clone();
-            for bead in &mut scene.chain.beads {
-                bead.material = Material { name: bead.material.name.clone(), ..material.clone() };
-            }
-            let text = format!(
-                "beads of {name} instead of {} (materials.{}.youngs_modulus, .poissons_ratio, .density)",
-                first.name, first.name
-            );
-            suspects.push(Suspect::said(Cause::Material, scene, text));
-        }
-        let describe = move |values: &[f64]| {
-            let factor = values.last().copied().unwrap_or(f64::NAN);
-            format!(
-                "beads of E = {:.3} GPa instead of {:.3} GPa (materials.{2}.youngs_modulus), or of a density of {3:.0} kg/m^3 \
-                 (materials.{2}.density)",
-                1e-9 * factor * first.youngs_modulus,
-                1e-9 * first.youngs_modulus,
-                first.name,
-                first.density / factor
-            )
-        };
-        let suspect = Suspect::new(Cause::Modulus, own.clone(), describe);
-        suspects.push(Suspect { further: Parameter::modulus(own), ..suspect });
-        suspects
-    }
-
-    /// A horn of the other sign, other faces of piston and support, another kind of support.
-    fn other_ends(&self) -> Vec<Suspect> {
-        let own = self.scene;
-        let mut suspects: Vec<Suspect> = Vec::new();
-        let mut suspect = |cause: Cause, text: &str, change: &dyn Fn(&mut Scene)| {
-            let mut scene = own.clone();
-            change(&mut scene);
-            suspects.push(Suspect::said(cause, scene, text));
-        };
-        if let DriveKind::Record { .. } = own.drive.kind {
-            let text = "the horn's sign: its record with --drive-read invert=true; displacements are positive from piston to support";
-            suspect(Cause::HornSign, text, &|scene| {
-                if let DriveKind::Record { displacement, .. } = &mut scene.drive.kind {
-                    displacement.values.iter_mut().for_each(|value| *value = -*value);
-                }
-            });
-        }
-        let bead = &own.chain.beads[0].material;
-        let face = |face: Option<Material>| {
-            move |scene: &mut Scene| (scene.piston, scene.piston_material) = (FlatContact::HalfSpace, face.clone())
-        };
-        if own.piston != FlatContact::Rigid {
-            suspect(Cause::Ends, "a rigid face of the piston (piston.contact=rigid)", &|scene| {
-                (scene.piston, scene.piston_material) = (FlatContact::Rigid, None);
-            });
-        }
-        if own.piston_face() != Some(bead) {
-            let text = "a face of the piston of the beads' material (piston.contact=half-space)";
-            suspect(Cause::Ends, text, &face(None));
-        }
-        for material in faces() {
-            if is_alike(bead, &material) || own.piston_face().is_some_and(|known| is_alike(known, &material)) {
-                continue;
-            }
-            let text = format!("a horn's face of {0} (piston.contact=half-space, piston.material={0})", material.name);
-            suspect(Cause::HornFace, &text, &face(Some(material)));
-        }
-        if own.support != Support::Flat(FlatContact::Rigid) {
-            suspect(Cause::Support, "a rigid wall as the support (support.kind=rigid)", &|scene| {
-                scene.support = Support::Flat(FlatContact::Rigid);
-            });
-        }
-        if own.support != Support::Flat(FlatContact::HalfSpace) {
-            suspect(
-                Cause::Ends,
-                "a half-space of the bead's material as the support (support.kind=half-space)",
-                &|scene| {
-                    scene.support = Support::Flat(FlatContact::HalfSpace);
-                },
-            );
-            suspect(
-                Cause::Ends,
-                "half-spaces at both ends (piston.contact=half-space, support.kind=half-space)",
-                &|scene| {
-                    (scene.piston, scene.piston_material) = (FlatContact::HalfSpace, None);
-                    scene.support = Support::Flat(FlatContact::HalfSpace);
-                },
-            );
-        }
-        if !matches!(own.support, Support::Annulus { .. } | Support::Disc { .. }) {
-            suspect(Cause::Support, "a resin annulus as the support (support.kind=annulus)", &|scene| {
-                scene.support = Support::resin_annulus(1.0);
-            });
-        }
-        suspects
-    }
-
-    /// Another stiffness of the support, a gap, friction in the guide.
-    fn other_constants(&self) -> Vec<Suspect> {
-        let own = self.scene;
-        let mut suspects: Vec<Suspect> = Vec::new();
-        for (cause, name) in [(Cause::Support, "support_stiffness"), (Cause::Gap, "gap")] {
-            let fitted = self.parameters.iter().any(|parameter| parameter.name == name);
-            let Some(parameter) =
-                Parameter::named(name, own).ok().and_then(|mut named| named.pop()).filter(|_| !fitted)
-            else {
-                continue;
-            };
-            let unit = if parameter.unit == "1" { "times the stiffness".to_owned() } else { parameter.unit.clone() };
-            let describe = move |values: &[f64]| {
-                let value = values.last().copied().unwrap_or(f64::NAN);
-                match cause {
-                    Cause::Gap => {
-                        format!(
-                            "a gap or roughness: as with a gap of about {:.0} nm before the first bead (--fit alpha,damping,gap)",
-                            value * 1e9
-                        )
-                    }
-                    _ => format!(
-                        "a support of {value:.2} {unit} instead of what the scene has (--fit alpha,damping,support_stiffness)"
-                    ),
-                }
-            };
-            suspects.push(Suspect { further: Some(parameter), ..Suspect::new(cause, own.clone(), describe) });
-        }
-        suspects.extend(self.friction());
-        suspects
-    }
-
-    /// Friction in the bead guide, by the regularised law, which runs go side by side with.
-    fn friction(&self) -> Option<Suspect> {
-        let mut scene = self.scene.clone();
-        let holder = scene.holder.get_or_insert_with(Holder::default);
-        if holder.has_friction() || holder.clearance > 0.0 {
-            return None;
-        }
-        holder.slip_velocity = DEFAULT_SLIP_VELOCITY;
-        let weight = GRAVITY * scene.chain.beads.first().map_or(0.0, Bead::mass);
-        let fitted = Parameter::named("friction", &scene).ok()?.pop()?;
-        let describe = |values: &[f64]| {
-            format!(
-                "friction of about {} on every bead in its guide (--fit alpha,damping,friction)",
-                engineering(values.last().copied().unwrap_or(f64::NAN), "N", 2)
-            )
-        };
-        let suspect = Suspect::new(Cause::Friction, scene, describe);
-        Some(Suspect { further: Some(fitted.between(FRICTION.0 * weight, FRICTION.1 * weight)), ..suspect })
-    }
-
-    /// Every other damping law.
-    fn other_laws(&self) -> Vec<Suspect> {
-        let own = self.scene;
-        let laws = [DampingKind::Linear, DampingKind::KuwabaraKono, DampingKind::LinearAndKuwabaraKono];
-        let other = |kind: DampingKind| {
-            let text = format!("the damping law `{0}` (--damping {0})", kind.name());
-            Suspect::said(Cause::DampingLaw, with_law(own, kind), text)
-        };
-        laws.into_iter().filter(|kind| *kind != own.damping.kind).map(other).collect()
     }
 
     /// Whether a waveform was compared, and what the model that answers changes of the chain is known.
@@ -659,57 +420,32 @@ impl Case<'_> {
             .map(|all| all.concat())
     }
 
-    /// Points of the fit, the best first, in the coordinates of other parameters.
-    fn known(&self, parameters: &[Parameter]) -> Vec<Vec<f64>> {
-        let training = self.training(&self.comparison.features);
-        let best = ranking(&training).into_iter().map(|(_, run)| training.position(run).to_vec());
-        let place = |u: &[f64], wanted: &Parameter| {
-            let (own, u) = self.parameters.iter().zip(u).find(|(own, _)| own.name == wanted.name)?;
-            Some(if own.unit == wanted.unit { wanted.coordinate(own.value(*u)).clamp(0.0, 1.0) } else { *u })
-        };
-        let point = |u: Vec<f64>| parameters.iter().map(|wanted| place(&u, wanted).unwrap_or(0.5)).collect();
-        std::iter::once(self.fit.most_likely.clone()).chain(best).map(point).collect()
-    }
-
-    /// A suspect after a search with a few short runs.
-    fn raced(&self, suspect: Suspect) -> Option<Raced> {
+    /// A suspect after a search by its features.
+    fn looked(&self, suspect: Suspect) -> Option<Looked> {
         let mut parameters = self.parameters(&suspect.scene)?;
         parameters.extend(suspect.further.clone());
-        let (comparison, factor) = suspect.compared.as_ref().map_or((self.comparison, 1.0), |(it, by)| (it, *by));
+        let comparison = suspect.compared.as_ref().map_or(self.comparison, |(comparison, _)| comparison);
         let forward = self.forward(&suspect.scene, parameters, comparison.clone())?;
-        let near = self.trace.and_then(|trace| {
-            let trace = trace.map(|value| factor * value);
-            waveform::quick(self.compared(&forward, &trace), &self.known(&forward.parameters), self.seed)
-        });
-        Some(Raced { suspect, forward, near })
+        let standing = self.by_features(&forward)?;
+        Some(Looked { suspect, forward, standing })
+    }
+
+    /// The same after short runs about that answer; `None` if stopped.
+    fn raced(&self, looked: Looked) -> Option<Raced> {
+        let trace = looked.suspect.trace(self.trace?);
+        let compared = self.compared(&looked.forward, &trace);
+        let (start, misfit) = waveform::quick(compared, &looked.standing.elite, self.seed)?;
+        Some(Raced { looked, start, misfit })
+    }
+
+    fn waveform(&self, raced: &Raced) -> Option<WaveformFit> {
+        let trace = raced.looked.suspect.trace(self.trace?);
+        waveform::hurried(self.compared(&raced.looked.forward, &trace), Ok(raced.start.clone()), self.seed)
     }
 
     /// Answer of the features by a search of its own.
     fn by_features(&self, forward: &Forward) -> Option<Standing> {
         standing(forward, Search::new(forward, features_runs(forward), self.seed)).ok()
-    }
-
-    /// p of a suspect by its features, and by its waveform where the fit saw one; `None` if stopped.
-    fn tried(&self, raced: &Raced) -> Option<Tried> {
-        let forward = &raced.forward;
-        let Standing { p, values } = self.by_features(forward)?;
-        let runs = features_runs(forward);
-        let (Some((start, _)), Some(trace)) = (&raced.near, self.trace.filter(|_| self.sees_waveform())) else {
-            return Some(Tried { p, values, runs });
-        };
-        if !self.worth(p) {
-            return Some(Tried { p, values, runs });
-        }
-        let factor = raced.suspect.compared.as_ref().map_or(1.0, |(_, factor)| *factor);
-        let trace = trace.map(|value| factor * value);
-        // What the waveform cannot be fitted with is no cause.
-        let Some(found) = waveform::hurried(self.compared(forward, &trace), Ok(start.clone()), self.seed) else {
-            return Some(Tried { p: 0.0, values, runs: runs + waveform::HURRIED_RUNS });
-        };
-        let at = forward.parameters.iter().zip(&found.at).map(|(parameter, u)| parameter.value(*u)).collect();
-        // Nor what leaves more of a short window than runs do.
-        let values = if found.decides() { at } else { values };
-        Some(Tried { p: found.with_amplitudes(p), values, runs: runs + found.runs as usize })
     }
 
     /// Whether p is high enough for the cause to be named.
@@ -753,11 +489,11 @@ impl Cause {
             Self::Support => "the support",
             Self::Plate => "a plate",
             Self::Velocity => "the striker's velocity",
-            Self::Sensor => "the sensor's reading",
             Self::ContactLoss => "losses in the contacts",
             Self::Gap => "a gap or roughness",
             Self::Friction => "friction in the guide",
             Self::DampingLaw => "the damping law",
+            Self::Sensor => "the sensor's reading",
             Self::Clock => "the clock",
             Self::Averages => "a mean of several shots",
             Self::Record => "the record",
@@ -777,11 +513,6 @@ fn add(findings: &mut Vec<Finding>, finding: Finding) {
 /// Runs of a search by features.
 fn features_runs(forward: &Forward) -> usize {
     if forward.parameters.len() > 2 { 3 * RUNS / 2 } else { RUNS }
-}
-
-fn is_alike(first: &Material, second: &Material) -> bool {
-    let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
-    alike(first.youngs_modulus, second.youngs_modulus) && alike(first.density, second.density)
 }
 
 /// A record whose clock takes 1 + `late` for a second, as a right one would show it; its beginning stays.

@@ -270,6 +270,8 @@ pub fn to_end<P, S: Solver<P, SearchState> + Serialize + Clone>(
 pub(crate) struct Standing {
     pub p: f64,
     pub values: Vec<f64>,
+    /// Start points (unit coordinates) of the waveform's search.
+    pub elite: Vec<Vec<f64>>,
 }
 
 /// Answer and p-value of the amplitudes for a search that has ended.
@@ -281,7 +283,7 @@ pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Resul
         let at = posterior.centre(posterior.densest());
         let values = joint.first().parameters.iter().zip(&at).map(|(parameter, u)| parameter.value(*u)).collect();
         let p = Agreement::of(&training, &at, search.seed)?.p;
-        Some(Standing { p, values })
+        Some(Standing { p, values, elite: elite(at, &training) })
     });
     judged.ok_or_else(|| too_few(&search.runs))
 }

@@ -92,7 +92,7 @@ impl Measured {
             .warnings
             .splice(0..0, suspect.map(|why| format!("{why}: swap --measured and --drive if the files are swapped")));
         if record.kind == RecordKind::Vibrometer {
-            refuse_other_drive(&record, scene.drive.frequency)?;
+            refuse_other_drive(&record, (drive, scene.drive.frequency))?;
         }
         let begins_late = drive.is_some_and(|drive| matches!(drive.motion.begins, Beginning::Inside { .. }));
         let origin = drive.map_or(0.0, |drive| drive.motion.origin);
@@ -196,9 +196,19 @@ const OFF_FRACTION: f64 = 0.02;
 /// Least amplitude of the drive's own lines, over the strongest line.
 const OWN_SHARE: f64 = 0.25;
 
+/// Multiples of a foreign drive's line whose leak is taken off a line of the drive.
+const FOREIGN: [f64; 5] = [0.5, 1.0, 1.5, 2.0, 3.0];
+
+/// Amplitude of a tone `bins` off a line under a Hann window, over its own.
+fn leak(bins: f64) -> f64 {
+    let x = std::f64::consts::PI * bins;
+    let main = if x.abs() < 1e-6 { 1.0 } else { libm::sin(x) / x };
+    if (bins.abs() - 1.0).abs() < 1e-6 { 0.5 } else { (main / (1.0 - bins * bins)).abs() }
+}
+
 /// Refuses a record whose strongest line does not belong to the drive and exceeds the drive's lines: it has another
-/// drive.
-fn refuse_other_drive(record: &Record, frequency: f64) -> Result<(), Refusal> {
+/// drive. What a line of the drive has by leak from the strongest one, its half and its multiples is not its own.
+fn refuse_other_drive(record: &Record, (drive, frequency): (Option<&RecordedDrive>, f64)) -> Result<(), Refusal> {
     let Ok(window) = Window::of_trace(&record.series, frequency) else { return Ok(()) };
     let Some(found) = record.strongest_line() else { return Ok(()) };
     let ratio = found / frequency;
@@ -208,10 +218,16 @@ fn refuse_other_drive(record: &Record, frequency: f64) -> Result<(), Refusal> {
     }
     let amplitude = |f: f64| line_amplitude(&record.series, window, f);
     let lines = [1.0 / 3.0, 0.5, 2.0 / 3.0, 1.0, 1.5, 2.0];
-    let own = lines.into_iter().map(|line| amplitude(line * frequency)).fold(0.0, f64::max);
+    let foreign = FOREIGN.map(|multiple| (multiple * found, amplitude(multiple * found)));
+    let own = |line: f64| {
+        let leaked = foreign.map(|(at, amplitude)| amplitude * leak((line - at) * window.duration()));
+        amplitude(line) - leaked.into_iter().fold(0.0, f64::max)
+    };
+    let own = lines.into_iter().map(|line| own(line * frequency)).fold(0.0, f64::max);
     let share = own / amplitude(found).max(f64::MIN_POSITIVE);
     if share < OWN_SHARE {
-        return Err(Refusal::OtherDrive { path: record.path.clone(), frequency, found, share });
+        let drive = drive.map(|drive| drive.input.path.clone());
+        return Err(Refusal::OtherDrive { path: record.path.clone(), drive, frequency, found, share });
     }
     Ok(())
 }

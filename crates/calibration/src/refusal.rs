@@ -138,12 +138,16 @@ pub enum Refusal {
     #[error("{}: the record cannot be fitted", path.display())]
     Observation { path: PathBuf, source: ObservationError },
     #[error(
-        "{}: expected the lines of a drive at {:.4} kHz, its fractions and multiples, found the strongest line at {:.4} kHz and at most {:.0} % of it \
+        "{}: expected the lines of a drive at {:.4} kHz{}, its fractions and multiples, found the strongest line at {:.4} kHz and at most {:.0} % of it \
          at {:.4} kHz, its fractions and its double; name the horn record of this experiment with --drive, or the frequency of its drive with \
-         --drive-frequency", path.display(), frequency / 1e3, found / 1e3, 100.0 * share, frequency / 1e3
+         --drive-frequency", path.display(), frequency / 1e3,
+        drive.as_ref().map_or_else(String::new, |drive| format!(" as in {}", drive.display())),
+        found / 1e3, 100.0 * share, frequency / 1e3
     )]
     OtherDrive {
         path: PathBuf,
+        /// The horn's record, where there is one.
+        drive: Option<PathBuf>,
         /// Drive frequency that is simulated, Hz.
         frequency: f64,
         /// Strongest line of the record, Hz.

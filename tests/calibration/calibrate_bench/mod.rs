@@ -47,14 +47,31 @@ pub struct Bench {
 impl Bench {
     /// Make the record again; about a tenth of a second.
     pub fn new() -> Self {
+        Self::of(&[])
+    }
+
+    /// The same with a record of a bench of which these keys are not as stated.
+    pub fn of(sets: &[&str]) -> Self {
         let place = tempfile::tempdir().unwrap();
         fs::write(place.path().join("bench.toml"), SCENE).unwrap();
         fs::create_dir(place.path().join("lab")).unwrap();
         let bench = Self { place };
-        let scene = scene::load(bench.text("bench.toml"), &[]).unwrap();
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let scene = scene::load(bench.text("bench.toml"), &sets).unwrap();
         let response = model::run(&scene, &mut |_| true).unwrap();
         bench.write("lab/vib.csv", table("velocity_mm_per_s", &response.pole_velocity, 1e3, 3.0));
         bench
+    }
+
+    /// Let the record's clock go by so many seconds a second.
+    pub fn on_clock(&self, second: f64) {
+        let text = fs::read_to_string(self.path("lab/vib.csv")).unwrap();
+        let (head, rows) = text.split_once('\n').unwrap();
+        let row = |row: &str| {
+            let (time, value) = row.split_once(',').unwrap();
+            format!("{:.6},{value}\n", second * time.parse::<f64>().unwrap())
+        };
+        self.write("lab/vib.csv", format!("{head}\n{}", rows.lines().map(row).collect::<String>()));
     }
 
     /// Put the horn-tip record of the same burst beside the record.

@@ -13,8 +13,9 @@ use crate::{parameter::reflect, search::scattered};
 
 /// How much a search looks at.
 pub(super) struct Effort {
-    /// Most points taken from the amplitudes' search.
+    /// Most points taken from the amplitudes' search whose runs say how late the record's motion comes, and in all.
     given: usize,
+    taken: usize,
     /// Points over the whole box.
     scattered: usize,
     /// In each round, the size of the elite and the number of points around it.
@@ -24,10 +25,12 @@ pub(super) struct Effort {
 }
 
 /// Of an answer.
-pub(super) const WHOLE: Effort = Effort { given: GIVEN, scattered: SCATTERED, around: &AROUND, further: FURTHER };
+pub(super) const WHOLE: Effort =
+    Effort { given: GIVEN, taken: GIVEN, scattered: SCATTERED, around: &AROUND, further: FURTHER };
 
 /// Of a cause among many: its best run says whether it may be one.
-pub(super) const QUICK: Effort = Effort { given: 8, scattered: 56, around: &[(16, 40), (10, 40)], further: (0, 0, 0) };
+pub(super) const QUICK: Effort =
+    Effort { given: 8, taken: 40, scattered: 24, around: &[(16, 32), (12, 32), (8, 24)], further: (0, 0, 0) };
 
 impl Effort {
     /// Runs that it makes at most.
@@ -36,7 +39,7 @@ impl Effort {
         while round < self.around.len() {
             (around, round) = (around + self.around[round].1, round + 1);
         }
-        2 * self.given + self.scattered + around + self.further.1 * self.further.2
+        self.given + self.taken + self.scattered + around + self.further.1 * self.further.2
     }
 }
 
@@ -147,7 +150,7 @@ pub(super) fn search(sources: &Sources, known: &[Vec<f64>], seed: u64, effort: &
     let mut made: Vec<Tried> = Vec::new();
     let mut first = given.len() as u64;
     let mut batch: Vec<Vec<f64>> = scattered(0, effort.scattered, dimension, seed ^ SEED);
-    batch.extend(known.iter().take(effort.given).cloned());
+    batch.extend(known.iter().take(effort.taken).cloned());
     let mut before = f64::INFINITY;
     for round in 0..=effort.around.len() + effort.further.2 {
         let at: Vec<Vec<f64>> = batch.iter().map(|u| sources.of_unit(u)).collect();

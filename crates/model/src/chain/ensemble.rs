@@ -9,6 +9,9 @@
 //! a rigid wall with linear dashpots, whose force jumps at touch, it is 3e-4 in the first 30 µs and 1e-3 to 4e-2 by 70 µs, depending on where
 //! in a step each touch falls (`docs/contact-laws.md`). Where the motion is chaotic, two runs of any two integrators part anyway.
 
+#[cfg(test)]
+mod tests;
+
 use std::sync::Arc;
 
 pub use super::variation::{EffectVariation, Variation};
@@ -581,47 +584,5 @@ impl<const DAMPED: Terms, const COUPLED: bool> pulp::NullaryFnOnce for AllSteps<
     #[inline(always)]
     fn call(self) {
         self.work.step_through::<DAMPED, COUPLED>(self.ensemble, self.last);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene;
-
-    /// Largest difference between a run of a lane and one of the adaptive integrator, over its peak.
-    fn apart(sets: &[&str], change: impl Fn(&mut Variation)) -> f64 {
-        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-        let scene = scene::load("annulus", &sets).unwrap();
-        let ensemble = Ensemble::new(&scene, 640).unwrap();
-        let mut variation = Variation::of(&scene);
-        change(&mut variation);
-        assert!(!ensemble.is_single && ensemble.goes_in_lanes(&variation));
-        let (lane, alone) =
-            (ensemble.run(&[variation.clone()]).remove(0).unwrap(), ensemble.single(&variation).unwrap());
-        let largest = lane.values.iter().zip(&alone.values).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-        largest / alone.peak()
-    }
-
-    const SHORT: &str = "duration=60us";
-
-    #[test]
-    fn friction_within_steps_is_that_of_the_adaptive_integrator() {
-        let guide = ["holder.friction_force=2 mN", "holder.slip_velocity=1 mm/s", SHORT];
-        // The continued fraction of tanh, 2e-3 of a force of 2 mN.
-        assert!(apart(&guide, |_| ()) < 2e-3);
-        let varied = |variation: &mut Variation| variation.effects.friction_force = Some(2e-3);
-        let (with, without) =
-            (apart(&guide, varied), ["holder.slip_velocity=1 mm/s", "holder.friction_force=1 uN", SHORT]);
-        assert_eq!(with, apart(&guide, |_| ()));
-        assert!(apart(&without, varied) < 2e-3);
-    }
-
-    #[test]
-    fn a_face_of_another_material_keeps_its_modulus_where_the_beads_vary() {
-        let face = ["piston.contact=half-space", "piston.material=titanium", SHORT];
-        // As far apart as with the beads' own modulus: the fixed step.
-        let [own, stiffer] = [1.0, 1.2].map(|factor| apart(&face, |variation| variation.modulus_factor = factor));
-        assert!(own < 1e-3 && stiffer < 1e-3, "{own} {stiffer}");
     }
 }

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     attached::Attached,
-    contact_law::{Dashpot, bead_flat_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
+    contact_law::{Dashpot, bead_face_stiffness, bead_pair_stiffness, dashpots, hertz_energy, hertz_force},
     holder::HoldLoss,
     horn::{HornMotion, HornStep},
     response::EnergySums,
@@ -66,7 +66,7 @@ pub(super) struct Totals {
 /// Step the chain of a scene from equilibrium under its precompression through `instants` steps against a disc at rest, whose motion is
 /// counted from that equilibrium. `observe` sees every instant, the first included, and stops the run by `false`.
 pub(super) fn integrate_on_disc(
-    Scene { chain, piston, damping, .. }: &Scene,
+    scene: &Scene,
     Attached { horn, hold }: &Attached<f64>,
     motion: &dyn PistonMotion,
     contact: &DiscContact,
@@ -74,13 +74,14 @@ pub(super) fn integrate_on_disc(
     instants: usize,
     observe: &mut dyn FnMut(&Moment<'_>) -> bool,
 ) -> Result<Totals, ChainOnWaterError> {
+    let Scene { chain, damping, .. } = scene;
     let (count, preload) = (chain.beads.len(), chain.precompression);
     if count == 0 || chain.gaps.len() != count + 1 {
         return Err(ChainOnWaterError::Count { beads: count, gaps: chain.gaps.len() });
     }
     let step = disc.step();
     let masses: Vec<f64> = chain.beads.iter().map(Bead::mass).collect();
-    let stiffness: Vec<f64> = std::iter::once(bead_flat_stiffness(&chain.beads[0], *piston))
+    let stiffness: Vec<f64> = std::iter::once(bead_face_stiffness(&chain.beads[0], scene.piston_face()))
         .chain(chain.beads.windows(2).map(|pair| bead_pair_stiffness(&pair[0], &pair[1])))
         .collect();
     // Overlaps at rest, less the gaps.
