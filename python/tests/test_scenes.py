@@ -144,3 +144,10 @@ def test_ctrl_c_is_a_keyboard_interrupt() -> None:
     running.send_signal(signal.SIGINT)
     out, _ = running.communicate(timeout=300)
     assert out == "stopped\n" and running.returncode == 0
+
+
+def test_a_wrong_scene_of_a_plan_is_a_scene_error_that_names_its_line(tmp_path: Path, twin: Path) -> None:
+    plan = tmp_path / "p.toml"
+    plan.write_text(f"measured = {str(twin / 'vib.csv')!r}\nset = ['chain.beads=six']\n")
+    with pytest.raises(granchain.SceneError, match=r"p\.toml:2: `set`, chain\.beads=six"):
+        granchain.calibrate(plan=plan)

@@ -17,7 +17,7 @@ use std::{
 
 use clap::Args;
 
-pub use self::definition::InMemory;
+pub use self::definition::{InMemory, SceneOfPlan};
 use self::{
     definition::refused,
     files::{Files, Stop},

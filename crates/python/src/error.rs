@@ -39,7 +39,7 @@ fn class(error: &(dyn std::error::Error + 'static)) -> Option<Class> {
     if error.is::<MeasurementError>() || error.is::<BenchReadingsError>() || error.is::<PublishedError>() {
         return Some(RecordError::new_err);
     }
-    if error.is::<OfScene>() {
+    if error.is::<OfScene>() || error.is::<cli::calibrate::SceneOfPlan>() {
         return Some(SceneError::new_err);
     }
     if error.is::<ModelError>() {

@@ -85,6 +85,11 @@ fn placed(error: Refusal, arguments: &Arguments) -> anyhow::Error {
     anyhow::anyhow!("{}:{}: {message}", path.display(), line.map_or(1, |line| line + 1))
 }
 
+/// What a plan states of its scene is wrong: the line of the plan, and why.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct SceneOfPlan(String);
+
 /// An error in what a plan states of its scene, with the line of the plan.
 fn in_plan(error: anyhow::Error, arguments: &Arguments, plan: &Plan) -> anyhow::Error {
     let Some(path) = &arguments.plan else { return error };
@@ -106,7 +111,7 @@ fn in_plan(error: anyhow::Error, arguments: &Arguments, plan: &Plan) -> anyhow::
     };
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let line = text.lines().position(|line| line.contains(stated) && !line.trim_start().starts_with('#'));
-    anyhow::anyhow!("{}:{}: {message}", path.display(), line.map_or(1, |line| line + 1))
+    SceneOfPlan(format!("{}:{}: {message}", path.display(), line.map_or(1, |line| line + 1))).into()
 }
 
 /// What contradicts itself is the command line's fault.
