@@ -117,6 +117,7 @@ impl Files {
         timing.stage("confirm");
         if fitted.is_in_doubt() {
             session.note(page::verdict(fitted));
+            interrupt::saves_first();
             predicted.diagnosis =
                 fitted.diagnose(problem, watch, &|text| session.note(format_args!("  looking for causes: {text}")));
             timing.stage("causes");
