@@ -17,11 +17,13 @@ const QUIET_RMS: f64 = 0.05;
 /// unknowns explain a third.
 const MOVED_SHARE: f64 = 0.6;
 /// Chance that a window of noise alone counts as motion.
-const BY_CHANCE: f64 = 1e-4;
+const BY_CHANCE: f64 = 1e-3;
 /// The same in standard deviations.
-const SIGMAS: f64 = 3.7;
+const SIGMAS: f64 = 3.1;
 /// Samples of noise as correlated as behind a vibrometer's filter that count as one.
 const CORRELATED: f64 = 4.0;
+/// Windows after one that moves within which another must: of a subharmonic every third may.
+const AGAIN: usize = 3;
 /// Windows left out before the first that moves.
 const MARGIN: f64 = 1.5;
 /// Windows of a record whose drive frequency is unknown.
@@ -80,20 +82,20 @@ pub(super) fn quiet_lead(values: &[f64], before_trigger: usize, period: Option<f
                 },
             )
     };
-    let begins = (still.div_ceil(2)..=moving).contains(&before_trigger);
+    let begins = (still / 3..=moving).contains(&before_trigger);
     let candidates = [if begins { before_trigger } else { still }, before_trigger.min(moving)];
     candidates.into_iter().find(|count| is_quiet(*count)).unwrap_or(0)
 }
 
 /// Number of samples clearly before the first motion, and to the end of the window in which it begins. Of each window of one drive period the scatter about a straight line and
-/// the line of the drive are compared with those of the windows before it. Motion are two windows in succession that
-/// exceed them by more than noise does. Toggling between two steps of a converter is no motion. (0, all) if no window
+/// the line of the drive are compared with those of the windows before it. Motion is where two of four windows exceed them
+/// by more than noise does. Toggling between two steps of a converter is no motion. (0, all) if no window
 /// exceeds those before it: what is steady from the first sample on may be motion.
 fn first_motion(values: &[f64], period: Option<f64>, step: f64) -> (usize, usize) {
     let window = period.map_or(values.len() / WINDOWS, |period| period.round() as usize).max(FEWEST_QUIET);
     let samples = window as f64;
     let turn = 2.0 * PI / period.unwrap_or(samples);
-    let (mut quiet, mut scatter, mut line, mut moving) = (0.0, 0.0, 0.0, 0.0);
+    let (mut quiet, mut scatter, mut line, mut moved) = (0.0, 0.0, 0.0, None::<usize>);
     for (k, part) in values.chunks_exact(window).enumerate() {
         let variance = roughness(part).map_or(0.0, |(_, rms)| rms * rms);
         let mean = part.iter().sum::<f64>() / samples;
@@ -106,13 +108,13 @@ fn first_motion(values: &[f64], period: Option<f64>, step: f64) -> (usize, usize
         let lined = f64::max(line / quiet, 4.0 / samples * f64::max(scatter / quiet, step * step / 12.0));
         let growth = (SIGMAS * (2.0 * CORRELATED / samples * (1.0 + 1.0 / quiet)).sqrt()).exp();
         let is_motion = variance > growth * scattered || squared > quiet * (BY_CHANCE.powf(-1.0 / quiet) - 1.0) * lined;
-        match quiet > 0.0 && is_motion {
-            true if moving == 1.0 => {
-                let before = (k - 1) as f64;
-                return ((f64::max(before - MARGIN, 0.5 * before) * samples) as usize, k * window);
-            }
-            true => moving = 1.0,
-            false => (quiet, scatter, line, moving) = (quiet + 1.0, scatter + variance, line + squared, 0.0),
+        if !is_motion || quiet == 0.0 {
+            (quiet, scatter, line) = (quiet + 1.0, scatter + variance, line + squared);
+        } else if let Some(first) = moved.filter(|first| k - first <= AGAIN) {
+            let before = first as f64;
+            return ((f64::max(before - MARGIN, 0.5 * before) * samples) as usize, (first + 1) * window);
+        } else {
+            moved = Some(k);
         }
     }
     (0, values.len())
@@ -411,7 +413,7 @@ mod tests {
             })
             .collect();
         let quiet = quiet_lead(&values, 0, Some(period));
-        assert!(quiet >= 125, "{quiet}");
+        assert!(quiet >= 80, "{quiet}");
         let rms = mean_and_rms(&values[..quiet]).1;
         assert!((0.8e-3..1.2e-3).contains(&rms), "{quiet}: {rms:e}");
     }

@@ -209,11 +209,11 @@ mod tests {
         let hits = read_sensor(&path, &ReadOptions::default()).unwrap();
         let columns: Vec<&str> = hits.iter().map(|hit| hit.column.as_str()).collect();
         assert_eq!(columns, ["hits{1}", "hits{2}", "hits{3}"]);
-        assert!((hits[2].series.step - 2e-5).abs() < 1e-12 && hits[2].series.values[5] == 15.0);
+        assert!((hits[2].series.step - 2e-5).abs() < 1e-12 && hits[2].series.values[5] == 75.0);
         assert_eq!(sensor_column(&path, &ReadOptions::default()), None);
     }
 
-    /// A MATLAB file of a rate and so many cells of 50 samples, k i in cell k: elements of a type, a length and data.
+    /// A MATLAB file of a rate and so many cells of 50 samples, k i² in cell k: elements of a type, a length and data.
     fn cells(count: u32) -> Vec<u8> {
         let part = |kind: u32, data: Vec<u8>| {
             let padding = vec![0; (8 - data.len() % 8) % 8];
@@ -228,7 +228,7 @@ mod tests {
             let data = part(9, values.iter().flat_map(|value| value.to_le_bytes()).collect());
             matrix(6, [1, values.len() as u32], name, data)
         };
-        let cell = |k: u32| numbers("", &(0..50).map(|i| f64::from(k * i)).collect::<Vec<_>>());
+        let cell = |k: u32| numbers("", &(0..50).map(|i| f64::from(k * i * i)).collect::<Vec<_>>());
         let mut file = format!("{:124}", "MATLAB 5.0 MAT-file").into_bytes();
         file.extend([0, 1, b'I', b'M']);
         file.extend(numbers("fs", &[5e4]));

@@ -6,7 +6,7 @@ use granchain_model::{
     ModelError,
     chain::{ChainModel, InitialState},
     contact_law::{Annulus, ElasticLaw, Yielding, bead_flat_stiffness, hertz_force},
-    response::{Channels, Response},
+    response::{Channels, ObservedPoint, Response},
     scene::{self, FlatContact, Holder, Horn, Scene, Support},
 };
 use granchain_signal::Series;
@@ -501,4 +501,18 @@ fn what_a_chain_cannot_do_is_refused_by_its_key() {
     assert!(refused(&[finite, "loss.relaxation=0.1", "loss.relaxation_time=1 us"]).contains("loss.relaxation"));
     let fixed = ["model.integrator=symplectic", "model.step=10 ns", "horn.mass=1 g"];
     assert!(refused(&fixed).contains("model.integrator"));
+}
+
+#[test]
+fn a_laser_sees_the_centre_of_a_bead_on_a_wall_or_a_spring_in_every_model() {
+    let seen = |scene: &str, keys: &[&str]| {
+        let keys = [keys, &["duration=10us"]].concat();
+        granchain_model::run(&load(scene, &keys), &mut |_| true).unwrap().observed
+    };
+    let spring = ["support.kind=spring", "support.stiffness=1e6 N/m"];
+    for model in ["model.kind=chain", "model.kind=reduced"] {
+        assert_eq!(seen("rigid", &[model]), ObservedPoint::Centre, "{model}");
+        assert_eq!(seen("annulus", &[&[model], &spring[..]].concat()), ObservedPoint::Centre, "{model}");
+        assert_eq!(seen("annulus", &[model]), ObservedPoint::Pole, "{model}");
+    }
 }
