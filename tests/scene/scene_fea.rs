@@ -230,7 +230,10 @@ fn mesh_files_are_named_for_all_beads_for_one_and_for_the_support() {
     let Support::Body { mesh, material, normal } = &scene.support else { panic!("{:?}", scene.support) };
     assert_eq!((mesh, &*material.name, *normal), (&file("bench/ring.msh", 1.0), "glass", ContactNormal::Fixed));
     let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    assert_eq!(names, ["acrylic", "aluminium", "chrome-steel", "glass", "resin", "vitreous-carbon"]);
+    assert_eq!(
+        names,
+        ["acrylic", "aluminium", "chrome-steel", "glass", "resin", "titanium", "tungsten-carbide", "vitreous-carbon"]
+    );
     assert!(on(&scene).contains(&"bodies from mesh files"));
     // Nothing is carried along where no body is a file.
     assert_eq!(overridden("annulus", &["model.kind=fea"]).materials, []);

@@ -235,7 +235,7 @@ fn files_that_are_no_scenes_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("missing.toml");
     let message = overridden(missing.to_str().unwrap(), &[]).unwrap_err().to_string();
-    assert!(message.starts_with(&format!("cannot read scene file `{}`: ", missing.display())), "{message}");
+    assert!(message.starts_with(&format!("{}: expected a scene file, found none", missing.display())), "{message}");
     let message = overridden(folder.path().to_str().unwrap(), &[]).unwrap_err().to_string();
     assert!(message.contains("is a folder; give the scene file in it"), "{message}");
     let binary = folder.path().join("binary.toml");
@@ -437,7 +437,7 @@ fn lists_and_overrides_that_do_not_fit_the_chain_are_refused() {
 fn materials_must_be_known_and_whole() {
     assert_eq!(
         refusal(&["chain.material=chrome_steel"]),
-        "--set chain.material=chrome_steel: `chain.material`: unknown material `chrome_steel` (known: acrylic, aluminium, chrome-steel, glass, resin, vitreous-carbon); \
+        "--set chain.material=chrome_steel: `chain.material`: unknown material `chrome_steel` (known: acrylic, aluminium, chrome-steel, glass, resin, titanium, tungsten-carbide, vitreous-carbon); \
          did you mean `chrome-steel`?; define it under `[materials.chrome_steel]`"
     );
     assert_eq!(

@@ -179,8 +179,8 @@ pub struct Diagnosis {
     pub runs: usize,
 }
 
-/// Told what is looked for next.
-pub type Told<'a> = &'a dyn Fn(&str);
+/// Hears what is looked for next.
+pub type Listener<'a> = &'a dyn Fn(&str);
 
 /// A suspect with what makes its runs, and the answer of its features.
 struct Looked {
@@ -198,7 +198,7 @@ struct Raced {
 
 impl Case<'_> {
     /// Up to three causes, most likely first; `warned` lists the reader's warnings, `told` hears what is looked for.
-    pub(crate) fn diagnose(&self, warned: &[String], told: Told) -> Diagnosis {
+    pub(crate) fn diagnose(&self, warned: &[String], told: Listener) -> Diagnosis {
         told("sign, factors and clock, from the runs of the fit");
         let (mut findings, mut suspects) = (Vec::new(), Vec::new());
         for (suspect, p) in [self.sign(), self.scale()].into_iter().flatten() {
@@ -254,7 +254,7 @@ impl Case<'_> {
     }
 
     /// Fits the waveforms of causes, the nearest first, as far as the budget goes; the runs made so far.
-    fn fitted(&self, raced: Vec<Raced>, mut runs: usize, told: Told, findings: &mut Vec<Finding>) -> usize {
+    fn fitted(&self, raced: Vec<Raced>, mut runs: usize, told: Listener, findings: &mut Vec<Finding>) -> usize {
         let mut best: Option<(f64, f64)> = None;
         let mut rest = raced.into_iter().peekable();
         while let Some(next) = rest.peek() {

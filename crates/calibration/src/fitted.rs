@@ -13,7 +13,7 @@ use super::{
     agreement::DOUBTFUL,
     candidate::Candidate,
     correction::{LevelDifference, most_pairs},
-    diagnosis::{Case, Diagnosis, Told},
+    diagnosis::{Case, Diagnosis, Listener},
     drive::{Input, RecordedDrive},
     fidelity::{Bodies, FidelityLevel, chain_below},
     fingerprints,
@@ -279,7 +279,7 @@ impl Fitted {
 
     /// Up to three likely causes if the best candidate does not explain the first record, most likely first. Makes
     /// further searches on the chain; `told` hears what is looked for, `watch` can stop it.
-    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>, told: Told) -> Diagnosis {
+    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>, told: Listener) -> Diagnosis {
         let (best, recorded_run) = (self.best(), problem.lead());
         if !self.is_in_doubt() {
             return Diagnosis::default();

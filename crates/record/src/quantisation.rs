@@ -1,5 +1,7 @@
 //! Step of the converter: the greatest spacing of which all differences between samples are multiples.
 
+use std::collections::BTreeSet;
+
 /// Most samples evaluated, evenly spread over the record.
 const MOST: usize = 1 << 14;
 /// Smallest relevant step, as a fraction of half the record's range: 14 bits of twice the range.
@@ -65,9 +67,11 @@ fn followed(levels: &[(f64, usize)], step: f64) -> Option<f64> {
     }
     let refined = products / squares;
     let is_on = |from: f64| (from - (from / refined).round() * refined).abs() <= OFF * refined;
-    let (codes, on) =
-        levels().filter(|(from, _)| is_on(*from)).fold((1, 0), |(codes, on), (_, count)| (codes + 1, on + count));
-    (codes >= FEWEST_LEVELS && on as f64 >= ENOUGH * (all - most) as f64).then_some(refined)
+    // A spike alone is no level of a converter.
+    let codes: BTreeSet<i64> =
+        levels().filter(|(from, _)| is_on(*from)).map(|(from, _)| (from / refined).round() as i64).collect();
+    let on: usize = levels().filter(|(from, _)| is_on(*from)).map(|(_, count)| count).sum();
+    (codes.len() >= FEWEST_LEVELS - 1 && on as f64 >= ENOUGH * (all - most) as f64).then_some(refined)
 }
 
 #[cfg(test)]
