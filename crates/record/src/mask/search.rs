@@ -361,7 +361,8 @@ impl Search {
         Some((samples.start + from..samples.end + from, reason))
     }
 
-    /// Whether some samples are no higher than the cusp in which the slopes on either side meet: a collision.
+    /// Whether some samples are no higher than the cusp in which the slopes on either side meet, a collision, or than the
+    /// step from one side to the other, the beginning of a motion.
     fn is_cusp(&self, local: &Series, samples: &Range<usize>) -> bool {
         let values = &local.values;
         let (Some(first), last) = (samples.start.checked_sub(3), samples.end + 2) else { return true };
@@ -372,7 +373,8 @@ impl Search {
         let mut mended = local.clone();
         bridge(&mut mended, &[gap_of(local, samples)]);
         let height = samples.clone().map(|i| (values[i] - mended.values[i]).abs()).fold(0.0, f64::max);
-        height <= CUSP * 0.25 * (samples.len() + 1) as f64 * (slopes[1] - slopes[0]).abs()
+        let step = (values[samples.end] - values[samples.start - 1]).abs();
+        height <= f64::max(step, CUSP * 0.25 * (samples.len() + 1) as f64 * (slopes[1] - slopes[0]).abs())
     }
 
     /// Stretches at rest while neighbouring periods move at the same phase: a drop-out without a jump is visible in
