@@ -59,7 +59,8 @@ fn axes_of_bruel_and_kjaer_say_what_their_columns_are() {
              Y-Axis unit:\tm/s\nX-Axis delta:\t1.0E-06\nHeader End"
         )
     };
-    let rows: [(fn(usize) -> String, f64); 3] = [
+    type Row = fn(usize) -> String;
+    let rows: [(Row, f64); 3] = [
         (|i| format!("{}\t{:e}\t{:e}", i + 1, instant(i), volts(i)), -1e-4),
         (|i| format!("{:e}\t{:e}", instant(i), volts(i)), -1e-4),
         (|i| format!("{}\t{:e}", i + 1, volts(i)), 0.0),
