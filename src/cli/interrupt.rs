@@ -1,7 +1,7 @@
 //! Ctrl-C, and what else asks a process to end.
 //!
 //! Work that polls [`requested`] (the progress callback of a model is the place) returns an error, so that what it saved is named on the way
-//! out. Whatever has not ended after [`PATIENCE`], or at a second signal, is ended here: what was being written is removed, a state that can be resumed
+//! out. Whatever has not ended after 80 ms, or at a second signal, is ended here: what was being written is removed, a state that can be resumed
 //! stays. Only work that saves its state once it is asked to, [`saves_first`], has the time that it needs. The exit code is 128 + the number of
 //! the signal, as shells expect of a command ended by one: 130 for Ctrl-C (SIGINT), 143 for SIGTERM, 129 for SIGHUP. A SIGHUP that
 //! `nohup` asked to be ignored is ignored.
