@@ -24,7 +24,7 @@ const RIDGE: f64 = 0.7;
 const WIDE: f64 = 0.5;
 
 /// Difference of ln evidence from which a damping law is preferred.
-pub(crate) const DECISIVE: f64 = 3.0;
+pub(crate) const DECISIVE: f64 = 5.0;
 
 /// Statements that a reader needs before using the values.
 pub(crate) fn statements(fit: &Fit) -> Vec<String> {
@@ -477,14 +477,14 @@ mod tests {
     #[test]
     fn a_choice_is_open_unless_evidence_or_verdict_excludes_it() {
         for (best, other, expected) in [
-            ((WithinScatter, 0.0), (WithinScatter, -2.9), true),
-            ((WithinScatter, 0.0), (Doubtful, -3.0), false),
+            ((WithinScatter, 0.0), (WithinScatter, -4.9), true),
+            ((WithinScatter, 0.0), (Doubtful, -5.0), false),
             // Rejected, with the lower evidence: excluded. With the higher one they contradict each other.
             ((WithinScatter, 0.0), (OutsideScatter, -0.1), false),
             ((Doubtful, 0.0), (OutsideScatter, 0.1), true),
             // None explains the record: evidence alone.
             ((OutsideScatter, 0.0), (OutsideScatter, -1.0), true),
-            ((OutsideScatter, 0.0), (OutsideScatter, -4.0), false),
+            ((OutsideScatter, 0.0), (OutsideScatter, -6.0), false),
         ] {
             assert_eq!(is_open(best, other), expected, "{best:?} {other:?}");
         }
