@@ -197,9 +197,9 @@ struct Raced {
 }
 
 impl Case<'_> {
-    /// Up to three causes, most likely first; `warned` lists the reader's warnings, `told` hears what is looked for.
-    pub(crate) fn diagnose(&self, warned: &[String], told: Listener) -> Diagnosis {
-        told("sign, factors and clock, from the runs of the fit");
+    /// Up to three causes, most likely first; `warned` lists the reader's warnings, `listener` hears what is looked for.
+    pub(crate) fn diagnose(&self, warned: &[String], listener: Listener) -> Diagnosis {
+        listener("sign, factors and clock, from the runs of the fit");
         let (mut findings, mut suspects) = (Vec::new(), Vec::new());
         for (suspect, p) in [self.sign(), self.scale()].into_iter().flatten() {
             if self.sees_waveform() { suspects.push(suspect) } else { findings.push(self.finding(&suspect, p, &[])) }
@@ -210,7 +210,7 @@ impl Case<'_> {
             runs += made;
         }
         suspects.extend(self.suspects());
-        told(&format!("{} others, by features", suspects.len()));
+        listener(&format!("{} others, by features", suspects.len()));
         let looked: Vec<Looked> =
             two_at_a_time(suspects, |suspect| self.looked(suspect)).into_iter().flatten().collect();
         runs += looked.iter().map(|looked| features_runs(&looked.forward)).sum::<usize>();
@@ -218,12 +218,12 @@ impl Case<'_> {
         if self.sees_waveform() {
             worth.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
             worth.truncate(SHORT);
-            told(&format!("{} of them, by short runs", worth.len()));
+            listener(&format!("{} of them, by short runs", worth.len()));
             runs += worth.len() * waveform::QUICK_RUNS;
             let mut raced: Vec<Raced> =
                 two_at_a_time(worth, |looked| self.raced(looked)).into_iter().flatten().collect();
             raced.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
-            runs = self.fitted(raced, runs, told, &mut findings);
+            runs = self.fitted(raced, runs, listener, &mut findings);
         } else {
             worth
                 .iter()
@@ -231,7 +231,7 @@ impl Case<'_> {
         }
         let explained = findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
         if !explained && runs + SHOTS * 3 * RUNS / 2 <= BUDGET && (self.watch)(0) {
-            told("a mean of several shots");
+            listener("a mean of several shots");
             let (finding, made) = self.averaged();
             findings.extend(finding);
             runs += made;
@@ -254,7 +254,7 @@ impl Case<'_> {
     }
 
     /// Fits the waveforms of causes, the nearest first, as far as the budget goes; the runs made so far.
-    fn fitted(&self, raced: Vec<Raced>, mut runs: usize, told: Listener, findings: &mut Vec<Finding>) -> usize {
+    fn fitted(&self, raced: Vec<Raced>, mut runs: usize, listener: Listener, findings: &mut Vec<Finding>) -> usize {
         let mut best: Option<(f64, f64)> = None;
         let mut rest = raced.into_iter().peekable();
         while let Some(next) = rest.peek() {
@@ -264,7 +264,7 @@ impl Case<'_> {
             }
             let pair: Vec<Raced> = rest.by_ref().take(2).collect();
             let named: Vec<&str> = pair.iter().map(|raced| raced.looked.suspect.cause.words()).collect();
-            told(&named.join(" and "));
+            listener(&named.join(" and "));
             let tried = two_at_a_time(pair, |raced| {
                 let found = self.waveform(&raced);
                 (raced, found)

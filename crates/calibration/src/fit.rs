@@ -1,5 +1,7 @@
 //! One fit: search, regression, point estimate, interval, verdict.
 
+use std::cmp::Ordering;
+
 use argmin::core::{Error, Executor, Solver, State, TerminationReason, TerminationStatus};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -111,8 +113,6 @@ pub struct Fit {
     pub log_evidence: f64,
     pub verdict: Verdict,
     pub runs: Vec<Run>,
-    /// Number of runs and smallest misfit after each batch.
-    pub history: Vec<(u64, f64)>,
     /// Result of the fidelity level below, if this level is above the chain.
     pub below: Option<Box<Below>>,
     /// Result of the waveform, if it was compared.
@@ -218,6 +218,12 @@ impl Fit {
         self.verdict.explains() || self.misfit < BETTER * narrow.misfit
     }
 
+    /// Order of two choices (law, mount): what explains the record leads, then the higher evidence.
+    pub(crate) fn by_standing(&self, other: &Self) -> Ordering {
+        let rank = |fit: &Self| fit.verdict.explains();
+        rank(self).cmp(&rank(other)).then(self.log_evidence.total_cmp(&other.log_evidence))
+    }
+
     /// The fitted values, SI, in the order of `parameters`.
     pub(crate) fn values(&self) -> Vec<f64> {
         self.estimates.iter().map(|estimate| estimate.value).collect()
@@ -298,7 +304,6 @@ fn elite(at: Vec<f64>, training: &TrainingRuns) -> Vec<Vec<f64>> {
 pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let made = search.runs.len();
     let last_batch = search.batches.last().copied().unwrap_or(0);
-    let history = history(search.batches.iter().take(search.batch), |count| search.training(count));
     let before = search.training(made - last_batch.min(made));
     let all = search.training(made);
     let reading = Reading {
@@ -311,7 +316,7 @@ pub fn answer(joint: &MultiRecord, search: &Search) -> Result<Fit, FitError> {
     let first = reading.place(Discrepancy::none(&all), None).ok_or_else(|| too_few(&search.runs))?;
     let found = Discrepancy::of_search(joint, &first.most_likely, made as u64).filter(Discrepancy::is_felt);
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
-    Ok(Fit { history, runs: search.runs.clone(), ..answer })
+    Ok(Fit { runs: search.runs.clone(), ..answer })
 }
 
 /// Reads the answer from the upper level's runs of a correction that has ended, then again with the mesh error found
@@ -330,7 +335,6 @@ pub(crate) fn corrected_by(
     let made = correction.pairs.len();
     let last_round = correction.rounds.last().copied().unwrap_or(0);
     let runs: Vec<Run> = correction.pairs.iter().map(|pair| pair.upper.clone()).collect();
-    let history = history(correction.rounds.iter(), |count| correction.training(count));
     let before = correction.training(made - last_round.min(made));
     let parameters = &fidelity.chain.parameters;
     let all = correction.training(made);
@@ -347,7 +351,7 @@ pub(crate) fn corrected_by(
         (known, _) => known,
     };
     let answer = reading.judge(found.and_then(|found| reading.place(found, None)).unwrap_or(first));
-    let mut fit = Fit { history, runs, ..answer };
+    let mut fit = Fit { runs, ..answer };
     if correction.leans() && fit.verdict.explains() {
         fit.verdict = Verdict::NotConverged;
     }
@@ -431,7 +435,7 @@ impl Reading<'_> {
         })
     }
 
-    /// The fit at that place, without the runs and their history.
+    /// The fit at that place, without the runs.
     fn judge(&self, place: Place) -> Fit {
         let Self { parameters, before, .. } = *self;
         let Place {
@@ -478,7 +482,6 @@ impl Reading<'_> {
             drift,
             log_evidence,
             verdict,
-            history: Vec::new(),
             posterior,
             runs: Vec::new(),
             below: None,
@@ -492,15 +495,4 @@ impl Reading<'_> {
 fn verdict(p: f64, moves: bool, estimates: &[Estimate], parameters: &[Parameter]) -> Verdict {
     let unusual = estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value));
     Verdict::of(p, moves, unusual)
-}
-
-/// Number of runs and smallest misfit after each batch.
-fn history<'a>(batches: impl Iterator<Item = &'a usize>, training: impl Fn(usize) -> TrainingRuns) -> Vec<(u64, f64)> {
-    let mut made = 0;
-    batches
-        .filter_map(|size| {
-            made += size;
-            Some((made as u64, ranking(&training(made)).first()?.0))
-        })
-        .collect()
 }

@@ -251,13 +251,8 @@ impl FittedCandidate {
 impl Fitted {
     /// Number of the leading candidate: those that explain the record first, then by evidence.
     pub(crate) fn best_index(&self) -> usize {
-        let rank = |fitted: &FittedCandidate| (fitted.fit.verdict.explains(), fitted.fit.log_evidence);
-        (0..self.candidates.len())
-            .max_by(|&a, &b| {
-                let (a, b) = (rank(&self.candidates[a]), rank(&self.candidates[b]));
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-            })
-            .unwrap_or(0)
+        let fit = |number: usize| &self.candidates[number].fit;
+        (0..self.candidates.len()).max_by(|&a, &b| fit(a).by_standing(fit(b))).unwrap_or(0)
     }
 
     pub fn best(&self) -> &FittedCandidate {
@@ -278,8 +273,8 @@ impl Fitted {
     }
 
     /// Up to three likely causes if the best candidate does not explain the first record, most likely first. Makes
-    /// further searches on the chain; `told` hears what is looked for, `watch` can stop it.
-    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>, told: Listener) -> Diagnosis {
+    /// further searches on the chain; `listener` hears what is looked for, `watch` can stop it.
+    pub fn diagnose(&self, problem: &Problem, watch: Arc<Watch>, listener: Listener) -> Diagnosis {
         let (best, recorded_run) = (self.best(), problem.lead());
         if !self.is_in_doubt() {
             return Diagnosis::default();
@@ -296,7 +291,7 @@ impl Fitted {
             fit: &best.fit,
             watch,
         };
-        case.diagnose(&problem.warnings(), told)
+        case.diagnose(&problem.warnings(), listener)
     }
 
     /// The law that the record prefers, or `undecided`; `None` if only one was fitted.

@@ -224,7 +224,7 @@ impl TrainingRuns {
 
     /// Share of finished runs among the nearest of all, where `squared` are the distances of the finished ones. A run
     /// of half the largest weight is added to both, so that it is above 0.
-    pub(crate) fn finished_share(&self, at: &[f64], squared: &[f64]) -> f64 {
+    fn finished_share(&self, at: &[f64], squared: &[f64]) -> f64 {
         if self.lost.is_empty() {
             return 1.0;
         }
@@ -232,7 +232,7 @@ impl TrainingRuns {
         let mut all = [squared, &lost].concat();
         let last = self.neighbours.min(all.len() - 1);
         let radius = all.select_nth_unstable_by(last, f64::total_cmp).1.sqrt().max(f64::MIN_POSITIVE);
-        let weight = |squared: &f64| (1.0 - (squared.sqrt() / radius).min(1.0).powi(3)).powi(3);
+        let weight = |squared: &f64| tricube((squared.sqrt() / radius).min(1.0));
         let [finished, lost] = [squared, &lost].map(|runs| runs.iter().map(weight).sum::<f64>());
         (finished + 0.5) / (finished + lost + 0.5)
     }
@@ -314,6 +314,11 @@ impl TrainingRuns {
     pub(crate) fn position(&self, run: usize) -> &[f64] {
         &self.positions[run]
     }
+}
+
+/// Weight of a run at a distance, over that of the farthest neighbour.
+fn tricube(distance: f64) -> f64 {
+    (1.0 - distance.powi(3)).powi(3)
 }
 
 /// Mean of min(|z − z₀|/s, 5)² over features, by their weights, of which `total` is the sum.

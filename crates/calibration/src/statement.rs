@@ -24,7 +24,7 @@ const RIDGE: f64 = 0.7;
 const WIDE: f64 = 0.5;
 
 /// Difference of ln evidence from which a damping law is preferred.
-pub(crate) const DECISIVE: f64 = 5.0;
+const DECISIVE: f64 = 5.0;
 
 /// Statements that a reader needs before using the values.
 pub(crate) fn statements(fit: &Fit) -> Vec<String> {
@@ -426,9 +426,9 @@ pub(crate) fn undecided(laws: &[&FitOutcome]) -> Option<String> {
     let [best, others @ ..] = laws else { return None };
     let one = |law: &&FitOutcome| match best.log_evidence - law.log_evidence {
         lead if best.verdict.explains() && !law.verdict.explains() => format!(
-            "`{}` is outside scatter (p = {}), although the ln evidence of its features is higher by {:.1}",
+            "`{}` is outside scatter (its p is {}), although the ln evidence of its features is higher by {:.1}",
             law.damping_kind,
-            short(law.p_value),
+            p_value(law.p_value),
             -lead
         ),
         lead => {
@@ -458,11 +458,7 @@ pub(crate) fn is_open(best: (Verdict, f64), other: (Verdict, f64)) -> bool {
 /// undecided. The best fit is the one of the highest evidence among those that explain the record.
 pub fn preferred_of(fits: &[(String, &Fit)], excluded: &[String]) -> Option<String> {
     let rank = |fit: &Fit| (fit.verdict, fit.log_evidence);
-    let better = |a: &&(String, &Fit), b: &&(String, &Fit)| {
-        let (a, b) = (rank(a.1), rank(b.1));
-        a.0.explains().cmp(&b.0.explains()).then(a.1.total_cmp(&b.1))
-    };
-    let (best, fit) = fits.iter().max_by(better)?;
+    let (best, fit) = fits.iter().max_by(|(_, a), (_, b)| a.by_standing(b))?;
     let mut others = fits.iter().filter(|(name, _)| name != best).peekable();
     match others.peek() {
         Some(_) => (!others.any(|(_, other)| is_open(rank(fit), rank(other)))).then(|| best.clone()),

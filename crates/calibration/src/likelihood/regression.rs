@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use pulp::Simd;
 
-use super::{SMALLEST_WEIGHT, TrainingRuns};
+use super::{SMALLEST_WEIGHT, TrainingRuns, tricube};
 
 /// Factor on the off-diagonals of the residual covariance.
 const SHRINKAGE: f64 = 0.4;
@@ -70,8 +70,7 @@ impl TrainingRuns {
         let at = inside.as_deref().unwrap_or(at);
         let positions = self.measured();
         let (radius, order) = nearest(squared, self.neighbours)?;
-        let weights: Vec<f64> =
-            order.iter().map(|run| (1.0 - (squared[*run].sqrt() / radius).powi(3)).powi(3)).collect();
+        let weights: Vec<f64> = order.iter().map(|run| tricube(squared[*run].sqrt() / radius)).collect();
         let total: f64 = weights.iter().sum();
         let effective = total.powi(2) / weights.iter().map(|w| w * w).sum::<f64>();
         let spent = columns_of(dimension).max(3) as f64;
