@@ -1,5 +1,5 @@
 //! Whatever bytes a file holds, the reader returns, within bounds of memory: a record, or a refusal.
-//! `PROPTEST_CASES=100000000` for a long run; `fuzz/` follows the branches taken.
+//! `PROPTEST_CASES=100000000` for a long run; `tests/fuzz/` follows the branches taken.
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 

@@ -1,5 +1,5 @@
 //! Whatever a scene file and its overrides hold, the reader returns: a scene that reads back as itself, or a refusal.
-//! `PROPTEST_CASES=100000000` for a long run; `fuzz/` follows the branches taken.
+//! `PROPTEST_CASES=100000000` for a long run; `tests/fuzz/` follows the branches taken.
 
 mod allocator;
 mod harm;

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-#[path = "../../tests/kept/mod.rs"]
+#[path = "../../kept/mod.rs"]
 mod kept;
 
 use std::path::PathBuf;

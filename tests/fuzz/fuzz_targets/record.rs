@@ -2,7 +2,7 @@
 
 #![no_main]
 
-#[path = "../../tests/allocator/mod.rs"]
+#[path = "../../allocator/mod.rs"]
 mod allocator;
 
 use std::path::Path;
