@@ -209,7 +209,10 @@ impl Case<'_> {
             findings.extend(finding);
             runs += made;
         }
-        suspects.extend(self.suspects());
+        // A record that is explained, but for its clock, has no other cause.
+        if self.fit.agreement.p < DOUBTFUL {
+            suspects.extend(self.suspects());
+        }
         listener(&format!("{} others, by features", suspects.len()));
         let looked: Vec<Looked> =
             two_at_a_time(suspects, |suspect| self.looked(suspect)).into_iter().flatten().collect();
@@ -229,7 +232,8 @@ impl Case<'_> {
                 .iter()
                 .for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
         }
-        let explained = findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
+        let explained = self.fit.agreement.p >= DOUBTFUL
+            || findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
         if !explained && runs + SHOTS * 3 * RUNS / 2 <= BUDGET && (self.watch)(0) {
             listener("a mean of several shots");
             let (finding, made) = self.averaged();
@@ -334,10 +338,11 @@ impl Case<'_> {
         let is_one = seen.share > CLOCK_SHARE
             && (CLOCKS.0..CLOCKS.1).contains(&seen.late.abs())
             && seen.late.abs() > CLOCK_SEEN * seen.deviation;
-        if !is_one {
+        let other = fit.other_clock(0).is_some();
+        if !is_one && !other {
             return None;
         }
-        let forward = self.forward(self.scene, self.parameters.to_vec(), self.comparison.clone())?;
+        let forward = self.forward(self.scene, self.parameters.to_vec(), self.comparison.clone(), None)?;
         let trace = on_other_clock(self.trace?, seen.late);
         let compared = Compared { clock: CLOCK_LEFT, ..self.compared(&forward, &trace) };
         let of = |estimate: &super::estimate::Estimate| 0.5 * (estimate.high / estimate.low).ln() / QUANTILE;
@@ -352,7 +357,7 @@ impl Case<'_> {
             if late > 0.0 { "slow" } else { "fast" }
         );
         let suspect = Suspect::said(Cause::Clock, self.scene.clone(), text);
-        let finding = self.worth(p).then(|| self.finding(&suspect, p, &[]));
+        let finding = (self.worth(p) || other && p >= DOUBTFUL).then(|| self.finding(&suspect, p, &[]));
         Some((finding, waveform::PLACED_RUNS + found.runs as usize))
     }
 
@@ -366,7 +371,7 @@ impl Case<'_> {
         let suspect = Suspect::said(Cause::Averages, self.scene.clone(), text);
         let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
         let forward =
-            self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison));
+            self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison, None));
         let found = forward.and_then(|forward| self.by_features(&forward)).filter(|found| self.worth(found.p));
         (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * 3 * RUNS / 2)
     }
@@ -378,7 +383,13 @@ impl Case<'_> {
     }
 
     /// Runs of a scene on the chain; `None` where it cannot be run, or the search was stopped.
-    fn forward(&self, scene: &Scene, parameters: Vec<Parameter>, comparison: Comparison) -> Option<Forward> {
+    fn forward(
+        &self,
+        scene: &Scene,
+        parameters: Vec<Parameter>,
+        comparison: Comparison,
+        gaps: Option<f64>,
+    ) -> Option<Forward> {
         if !(self.watch)(0) {
             return None;
         }
@@ -391,7 +402,8 @@ impl Case<'_> {
             _ => model::prepare(scene).ok()?.contact_laws().cloned(),
         };
         let watch = Arc::clone(&self.watch);
-        Forward::new(scene, laws.as_ref(), parameters, comparison, self.uncertainty, self.seed, watch).ok()
+        let uncertainty = Uncertainty { gap: gaps.unwrap_or(self.uncertainty.gap), ..self.uncertainty };
+        Forward::new(scene, laws.as_ref(), parameters, comparison, uncertainty, self.seed, watch).ok()
     }
 
     /// The record's waveform `trace` against these runs.
@@ -425,7 +437,7 @@ impl Case<'_> {
         let mut parameters = self.parameters(&suspect.scene)?;
         parameters.extend(suspect.further.clone());
         let comparison = suspect.compared.as_ref().map_or(self.comparison, |(comparison, _)| comparison);
-        let forward = self.forward(&suspect.scene, parameters, comparison.clone())?;
+        let forward = self.forward(&suspect.scene, parameters, comparison.clone(), suspect.gaps)?;
         let standing = self.by_features(&forward)?;
         Some(Looked { suspect, forward, standing })
     }

@@ -194,6 +194,10 @@ impl Fit {
         }
         self.agreement.p = waveform.with_amplitudes(self.agreement.p);
         self.verdict = verdict(self.agreement.p, moves, &self.estimates, &self.parameters);
+        let is_other_clock = (0..waveform.residuals.len()).any(|number| waveform.other_clock(number).is_some());
+        if self.verdict == Verdict::WithinScatter && is_other_clock {
+            self.verdict = Verdict::Doubtful;
+        }
         self.waveform = Some(waveform);
         self
     }

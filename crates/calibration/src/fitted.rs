@@ -336,6 +336,7 @@ impl Fitted {
         }));
         statements.extend(statement::together(fit, &problem.labels()));
         statements.extend(statement::crosstalk(fit, &problem.labels()));
+        statements.extend(statement::other_clock(fit, &problem.labels()));
         if lead.uncertainty.repeats > 1 {
             let comparisons: Vec<_> =
                 problem.recorded_runs.iter().map(|recorded_run| &recorded_run.comparison).collect();

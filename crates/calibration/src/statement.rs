@@ -142,6 +142,22 @@ pub(crate) fn crosstalk(fit: &Fit, labels: &[String]) -> Vec<String> {
     .collect()
 }
 
+/// Statements on records (`labels`) whose clock is not the horn's.
+pub(crate) fn other_clock(fit: &Fit, labels: &[String]) -> Vec<String> {
+    let seen = |number| fit.waveform.as_ref()?.other_clock(number);
+    let each = labels.iter().enumerate().filter_map(|(number, label)| Some((seen(number)?, label)));
+    each.map(|(seen, label)| {
+        format!(
+            "The clock of {label} seems {:.3} ± {:.3} % {} against the horn's, more than two instruments differ by: check the sample rates and time \
+             columns of both files. The values may be off by more than their intervals.",
+            100.0 * seen.late.abs(),
+            100.0 * seen.deviation,
+            if seen.late > 0.0 { "slow" } else { "fast" }
+        )
+    })
+    .collect()
+}
+
 /// A p-value as text.
 pub(crate) fn p_value(p: f64) -> String {
     match p {

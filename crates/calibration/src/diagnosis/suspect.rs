@@ -1,7 +1,7 @@
 //! The causes that are assumed, each with its scene, a further parameter, or another comparison.
 
 use super::{Case, Cause};
-use crate::{comparison::Comparison, parameter::Parameter, synthetic::with_law};
+use crate::{comparison::Comparison, forward::Uncertainty, parameter::Parameter, synthetic::with_law};
 use granchain_model::scene::{
     Bead, DEFAULT_SLIP_VELOCITY, DampingKind, DriveKind, FlatContact, Holder, Material, Scene, Support,
 };
@@ -16,6 +16,9 @@ const RADIUS: f64 = 0.1;
 /// Friction of a bead guide that is looked for, over the weight of a bead.
 const FRICTION: (f64, f64) = (0.5, 1000.0);
 const GRAVITY: f64 = 9.81;
+
+/// Scale of the gaps of rough contacts over the fit's.
+const ROUGH: f64 = 10.0;
 
 /// Relative difference of constants below which two materials count as the same.
 const ALIKE: f64 = 0.08;
@@ -49,6 +52,8 @@ pub(super) struct Suspect {
     pub(super) scene: Scene,
     /// A further parameter.
     pub(super) further: Option<Parameter>,
+    /// Scale of the gaps in every contact instead of the fit's, m.
+    pub(super) gaps: Option<f64>,
     /// What is compared instead of the record's features, and the factor on the record.
     pub(super) compared: Option<(Comparison, f64)>,
     /// Finding and remedy for the fitted values.
@@ -57,7 +62,7 @@ pub(super) struct Suspect {
 
 impl Suspect {
     pub(super) fn new(cause: Cause, scene: Scene, describe: impl Fn(&[f64]) -> String + Send + Sync + 'static) -> Self {
-        Self { cause, scene, further: None, compared: None, describe: Box::new(describe) }
+        Self { cause, scene, further: None, gaps: None, compared: None, describe: Box::new(describe) }
     }
 
     /// The record as it is compared.
@@ -228,7 +233,16 @@ impl Case<'_> {
             suspects.push(Suspect { further: Some(parameter), ..Suspect::new(cause, own.clone(), describe) });
         }
         suspects.extend(self.friction());
+        suspects.push(self.roughness());
         suspects
+    }
+
+    /// Gaps in every contact that differ by more than the fit takes for granted, as rough or dirty beads have them.
+    fn roughness(&self) -> Suspect {
+        let gaps = ROUGH * self.uncertainty.gap.max(Uncertainty::default().gap);
+        let size = engineering(gaps, "m", 2);
+        let text = format!("rough contacts: gaps of {size} or so in all of them (--uncertainty gap='{size}')");
+        Suspect { gaps: Some(gaps), ..Suspect::said(Cause::Gap, self.scene.clone(), text) }
     }
 
     /// Friction in the bead guide, by the regularised law, which runs go side by side with.

@@ -28,9 +28,6 @@ const MISFIT: f64 = 1.5;
 const SHORTER: f64 = 0.6;
 const SHORTENED: i32 = 6;
 
-/// Standard deviations of noise beyond which a sample is an outlier.
-const OUTLIER: f64 = 6.0;
-
 /// Share of the worst outlier beyond which others are left out with it.
 const WORST: f64 = 0.3;
 
@@ -352,7 +349,7 @@ impl Ensemble {
             let (rows, left) = (&within.rows, within.covariance.left(rest.as_ref()));
             // The worst hides others behind it.
             let worst = (0..rows.len()).map(|i| left[(i, 0)].abs()).fold(0.0, f64::max);
-            let far = |i: &usize| left[(*i, 0)].abs() > f64::max(OUTLIER * record.sigma, WORST * worst);
+            let far = |i: &usize| left[(*i, 0)].abs() > f64::max(record.outlying().0 * record.sigma, WORST * worst);
             let place = |i: usize| (rows[i] as f64 + placed.shift).round().max(0.0) as usize;
             Some((0..rows.len()).filter(far).map(place).collect())
         };

@@ -49,6 +49,9 @@ use granchain_signal::{
     feature::{Measurand, fingerprint::SAMPLES_PER_CYCLE},
 };
 
+/// Difference of two clocks, and the same in standard deviations, from which it is no longer usual.
+const OTHER_CLOCK: (f64, f64) = (5.0 * CLOCK, 4.0);
+
 /// Result of the waveform comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WaveformFit {
@@ -151,6 +154,12 @@ impl WaveformFit {
         let found = self.residuals.get(number)?.crosstalk;
         (self.decides() && self.settled && self.p >= FITS && found[0] > f64::max(NAMED.0, NAMED.1 * found[1]))
             .then_some(found)
+    }
+
+    /// What another clock of a record explains, where it is certain, and more than clocks differ by.
+    pub(crate) fn other_clock(&self, number: usize) -> Option<Clock> {
+        let seen = self.residuals.get(number)?.clock;
+        (self.decides() && seen.late.abs() > f64::max(OTHER_CLOCK.0, OTHER_CLOCK.1 * seen.deviation)).then_some(seen)
     }
 
     /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has

@@ -15,8 +15,17 @@ const CLIPPED: f64 = 0.98;
 /// Samples by which an invalid stretch is widened, for the spread of the low-pass.
 const SPREAD: usize = 16;
 
-/// Samples of a record with drop-outs per sample that may be left out as an outlier.
+/// Samples of a record with drop-outs, and of one with clipped stretches, per sample that may be left out as an outlier.
 const SPARE: usize = 10;
+const SPARE_CLIPPED: usize = 4;
+
+/// Deviation in σ from which a sample is an outlier, and T/N above which outliers are looked for: of a record with
+/// drop-outs, and of a clipped one, whose overload fades slowly.
+const OUTLYING: (f64, f64) = (6.0, 1.2);
+const OUTLYING_CLIPPED: (f64, f64) = (3.0, 1.0);
+
+/// Samples after a clipped one in which an amplifier may still recover from it: a drive period.
+const RECOVERY: usize = SAMPLES_PER_CYCLE;
 
 /// Periods by which a record is continued at either end before it is shifted.
 const CONTINUED: usize = 3;
@@ -48,8 +57,10 @@ pub(super) struct RecordTrace {
     pub corner: f64,
     values: Vec<f64>,
     valid: Vec<bool>,
-    /// Samples that may still be left out; 0 for a record without drop-outs.
+    /// Samples that may still be left out; 0 for a record without drop-outs or clipped stretches.
     spare: usize,
+    /// Of a record without drop-outs, the samples that may be left out: those soon after a clipped one.
+    recovering: Option<Vec<bool>>,
     /// Number of samples left out: masked ones with their neighbours, and outliers.
     pub left_out: usize,
     /// Transform of the record, continued at both ends.
@@ -80,10 +91,16 @@ impl RecordTrace {
         let is_clipped = |value: f64| {
             low.is_some_and(|low| value <= CLIPPED * low) || high.is_some_and(|high| value >= CLIPPED * high)
         };
+        let mut recovering = vec![false; trace.len()];
         for index in (0..trace.len()).filter(|index| is_clipped(trace.values[*index])) {
-            let near = index.saturating_sub(SPREAD)..(index + SPREAD + 1).min(trace.len());
-            near.for_each(|i| valid[i] = false);
+            valid[index.saturating_sub(SPREAD)..(index + SPREAD + 1).min(trace.len())].fill(false);
+            recovering[index..(index + RECOVERY + 1).min(trace.len())].fill(true);
         }
+        let spare = match (comparison.masked.is_empty(), recovering.contains(&true)) {
+            (false, _) => trace.len() / SPARE,
+            (true, true) => trace.len() / SPARE_CLIPPED,
+            (true, false) => 0,
+        };
         let half = 0.5 / trace.step;
         let peak = trace.peak();
         let sigma = ((comparison.noise_density + comparison.rounding) * half).sqrt().max(LEAST_NOISE * peak);
@@ -109,18 +126,20 @@ impl RecordTrace {
             corner,
             values,
             valid,
-            spare: if comparison.masked.is_empty() { 0 } else { trace.len() / SPARE },
+            spare,
+            recovering: comparison.masked.is_empty().then_some(recovering),
             left_out,
             spectrum,
             padded,
         })
     }
 
-    /// Leaves out samples and their neighbours, if the record has drop-outs and few are left out in all; returns
-    /// whether any was.
+    /// Leaves out samples and their neighbours, if the record has drop-outs or is clipped and few are left out in all;
+    /// returns whether any was.
     pub(crate) fn leave_out(&mut self, outliers: &[usize]) -> bool {
         let mut valid = self.valid.clone();
-        for at in outliers {
+        let may = |at: &&usize| self.recovering.as_ref().is_none_or(|soon| soon.get(**at) == Some(&true));
+        for at in outliers.iter().filter(may) {
             let near = at.saturating_sub(SPREAD)..(at + SPREAD + 1).min(valid.len());
             valid[near].fill(false);
         }
@@ -159,6 +178,10 @@ impl RecordTrace {
     pub(crate) fn compared(&self, placed: &Placed) -> (Vec<f64>, Vec<usize>) {
         let (values, valid) = self.shifted(placed.shift, placed.to);
         (values, (placed.from..placed.to).filter(|t| valid[*t]).collect())
+    }
+
+    pub(crate) fn outlying(&self) -> (f64, f64) {
+        if self.recovering.is_some() { OUTLYING_CLIPPED } else { OUTLYING }
     }
 
     /// Whether samples may still be left out.

@@ -39,9 +39,7 @@ pub(super) const HURRIED_RUNS: usize = FIRST + (HURRIED.0 + CLOSING - 1) * FURTH
 const MISFIT: f64 = 1.0;
 const WIDEST: f64 = 30.0;
 
-/// T/N above which undetected drop-outs are searched for in a record with drop-outs, and the most repetitions per
-/// round.
-const CLEAN: f64 = 1.2;
+/// Most searches for undetected drop-outs in a round.
 const SEARCHED: usize = 4;
 
 /// T/N above which a round's mean trace is not usable, the number of such rounds after which the search gives up, and
@@ -310,11 +308,11 @@ impl Rounds {
         Some((self, bound, factor))
     }
 
-    /// Leaves out undetected drop-outs of records that have drop-outs, as long as this helps; returns the solution
+    /// Leaves out undetected drop-outs of records that have drop-outs, and what an overload leaves, as long as this helps; returns the solution
     /// without them.
     fn clean(&mut self, ensemble: &Ensemble, mut solution: Solution, shorten: bool) -> Option<Solution> {
         for _ in 0..SEARCHED {
-            if !self.sources.may_leave_out() || solution.reduced() <= CLEAN {
+            if !self.sources.may_leave_out() || solution.reduced() <= self.sources.clean() {
                 break;
             }
             let outliers = ensemble.outliers(&self.known(), &solution)?;

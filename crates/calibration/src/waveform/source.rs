@@ -248,6 +248,11 @@ impl Sources {
         self.records.iter().any(|source| source.trace.may_leave_out())
     }
 
+    /// Mean square residual from which outliers are looked for.
+    pub(crate) fn clean(&self) -> f64 {
+        self.records.iter().map(|source| source.trace.outlying().1).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether the fit may go on.
     pub(crate) fn goes_on(&self) -> bool {
         self.records[0].forward.report(0)

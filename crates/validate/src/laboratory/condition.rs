@@ -45,6 +45,8 @@ pub enum Condition {
     OffRadius,
     OffDensity,
     Modulated,
+    Speckle,
+    Overload,
     #[serde(rename = "period-3")]
     Period3,
     SofterSupport,
@@ -98,12 +100,12 @@ use Condition::{
     Clipped95, Clock, ClockOff, Coupling, Crosstalk, Cut, Decoder, Drift, DropOuts, EightBit, EndFaces, Envelopes,
     FirstGap, Frequency, Friction, HornFace, HornHarmonics, HornSign, HornVelocity, Hum, Late, LateTrigger,
     LateVibrometer, LowDrive, Middle, Modulated, Modulus, Noisy, OffDensity, OffModulus, OffNominal, OffRadius,
-    OtherLaw, Period3, Pretrigger, PureNoise, Radius, Rough, ScaleDown, ScaleUp, Sensitivity, ShortHorn,
-    ShortVibrometer, Sign, SofterSupport, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
+    OtherLaw, Overload, Period3, Pretrigger, PureNoise, Radius, Rough, ScaleDown, ScaleUp, Sensitivity, ShortHorn,
+    ShortVibrometer, Sign, SofterSupport, Speckle, StrongHum, Swapped, TwoBursts, UnitDown, UnitUp,
 };
 
 /// Name and words of each, the right ones first.
-const TABLE: [(Condition, &str, &str); 61] = [
+const TABLE: [(Condition, &str, &str); 63] = [
     (Pretrigger, "pretrigger", "20 cycles before the trigger, 1 % noise, horn 0.1 %, offsets, unknown trigger"),
     (BurstOnly, "burst-only", "both records begin with the burst, 0–1 % noise"),
     (EightBit, "eight-bit", "8 bits, range 1.25 × peak, both channels"),
@@ -131,6 +133,12 @@ const TABLE: [(Condition, &str, &str); 61] = [
     (OffRadius, "off-radius", "radius of the beads ±0.5 %"),
     (OffDensity, "off-density", "density of the beads ±1 %"),
     (Modulated, "modulated", "5 % amplitude modulation, 0.2 % frequency drift"),
+    (
+        Speckle,
+        "speckle",
+        "noise of 3 % of the velocity of the instant, four stretches of 5 µs with noise of 20 % of the peak",
+    ),
+    (Overload, "overload", "velocity clipped at 75–92 % of its peak, overload fading within 3 µs"),
     (Period3, "period-3", "α 0.12–0.3, dampers between beads only, 3 % noise"),
     (SofterSupport, "softer-support", "annulus 30 % softer than stated"),
     (OtherLaw, "other-law", "other damping law than stated"),
@@ -332,6 +340,8 @@ impl Setting {
             pink: [0.0; 2],
             second_burst: None,
             modulation: [0.0; 2],
+            speckle: None,
+            recovery_s: 0.0,
         };
         let lab = &mut laboratory;
         let (mut kind, mut beads, mut radius, mut material) = ("tone-burst", 6_u64, 0.5e-3_f64, "chrome-steel");
@@ -411,6 +421,8 @@ impl Setting {
             OffRadius => truth.push(format!("chain.radius={}", radius * off(r, 0.005))),
             OffDensity => truth.push(format!("materials.chrome-steel.density={}", 7833.0 * off(r, 0.01))),
             Modulated => lab.modulation = [0.05, 0.002],
+            Speckle => lab.speckle = Some([0.03, 0.2]),
+            Overload => (lab.clip, lab.recovery_s) = (Some(r.random_range(0.75..0.92)), 3e-6),
             Period3 => {
                 alpha = log_uniform(r, 0.12, 0.3);
                 coefficient = if linear { log_uniform(r, 0.2, 0.8) } else { log_uniform(r, 1500.0, 6000.0) };

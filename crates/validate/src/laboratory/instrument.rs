@@ -79,6 +79,12 @@ pub struct Laboratory {
     /// Amplitude modulation, and drift of the frequency over the burst.
     #[serde(default)]
     pub modulation: [f64; 2],
+    /// σ of noise over the velocity of the instant, and of the noise of four stretches over the peak.
+    #[serde(default)]
+    pub speckle: Option<[f64; 2]>,
+    /// Time in which an overload fades by a factor of e, s.
+    #[serde(default)]
+    pub recovery_s: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -225,7 +225,7 @@ pub fn files(
     }
     let clock = Clock::of(lab, frequency, random);
     let horn = clock.channel(&horn, [None, lab.horn_end], 1.0);
-    let velocity = clock.channel(&velocity, [lab.vibrometer_lost, lab.vibrometer_end], 1.0 + 1e-6 * lab.clock_ppm);
+    let mut velocity = clock.channel(&velocity, [lab.vibrometer_lost, lab.vibrometer_end], 1.0 + 1e-6 * lab.clock_ppm);
     let clean = velocity.clone();
     let mut horn = disturbed(
         &horn,
@@ -237,11 +237,15 @@ pub fn files(
             drift: lab.horn_drift,
             noise: lab.horn_noise,
             clip: None,
+            recovery: 0.0,
             bits: lab.bits,
         },
         clock.end,
         random,
     );
+    if let Some(speckle) = lab.speckle {
+        speckled(&mut velocity, speckle, peaks[1], random);
+    }
     let mut velocity = disturbed(
         &velocity,
         &Channel {
@@ -253,6 +257,7 @@ pub fn files(
             // Of shots of their own noise.
             noise: lab.noise / lab.averages.map_or(1.0, |(count, _)| (count as f64).sqrt()),
             clip: lab.clip,
+            recovery: lab.recovery_s,
             bits: lab.bits,
         },
         clock.end,
@@ -322,12 +327,32 @@ struct Channel {
     drift: f64,
     noise: f64,
     clip: Option<f64>,
+    /// Time in which an overload fades by a factor of e, s.
+    recovery: f64,
     bits: Option<(u32, f64)>,
+}
+
+/// Length of a stretch of speckle noise, s, and their number.
+const STRETCH: f64 = 5e-6;
+const STRETCHES: usize = 4;
+
+/// Noise in proportion to the velocity of the instant everywhere, and to the peak in a few stretches of the motion.
+fn speckled(series: &mut Series, [share, loud]: [f64; 2], peak: f64, random: &mut ChaCha8Rng) {
+    let length = (STRETCH / series.step).ceil() as usize;
+    let begins: Vec<usize> =
+        (0..STRETCHES).map(|_| random.random_range(series.len() / 3..series.len() - length)).collect();
+    for (index, value) in series.values.iter_mut().enumerate() {
+        let noise: f64 = StandardNormal.sample(random);
+        let is_loud = begins.iter().any(|begin| (*begin..begin + length).contains(&index));
+        *value += noise * if is_loud { loud * peak } else { share * value.abs() };
+    }
 }
 
 fn disturbed(series: &Series, channel: &Channel, end: f64, random: &mut ChaCha8Rng) -> Series {
     let peak = channel.peak * channel.gain.abs();
     let mut disturbed = series.clone();
+    // What an overload leaves in the amplifier, which fades.
+    let mut charge = 0.0_f64;
     for (index, value) in disturbed.values.iter_mut().enumerate() {
         let time = series.time(index);
         let passed = (time - series.start) / (end - series.start);
@@ -338,7 +363,13 @@ fn disturbed(series: &Series, channel: &Channel, end: f64, random: &mut ChaCha8R
         let aside = channel.offset + hum + channel.drift * passed.powf(1.5) + channel.noise * noise;
         *value = channel.gain * *value + peak * aside;
         if let Some(level) = channel.clip {
-            *value = value.clamp((channel.offset - level) * peak, (channel.offset + level) * peak);
+            let [low, high] = [channel.offset - level, channel.offset + level].map(|limit| limit * peak);
+            let beyond = *value - value.clamp(low, high);
+            if beyond.abs() > charge.abs() {
+                charge = beyond;
+            }
+            *value = (*value + if beyond == 0.0 { charge } else { 0.0 }).clamp(low, high);
+            charge *= if channel.recovery > 0.0 { libm::exp(-series.step / channel.recovery) } else { 0.0 };
         }
         if let Some((bits, full)) = channel.bits {
             let most = 2f64.powi(bits as i32 - 1);
