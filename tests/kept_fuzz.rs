@@ -1,5 +1,5 @@
-//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, printed numbers, sealed states,
-//! logs of runs, meshes. `PROPTEST_CASES=10000000` for a long run; records and scenes have tests of their own, kept bodies theirs beside the code.
+//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, printed numbers, logs of
+//! runs, meshes. `PROPTEST_CASES=10000000` for a long run; records and scenes have tests of their own, kept bodies theirs beside the code.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 mod harm;
@@ -7,14 +7,7 @@ mod kept;
 
 use std::{fs, path::PathBuf, sync::LazyLock};
 
-use granchain::{
-    cli::parts::Parts,
-    measurement::{
-        run_log::RunLog,
-        seal::{sealed, unsealed},
-    },
-    study::sweep,
-};
+use granchain::{cli::parts::Parts, study::sweep};
 use harm::{cases, harm, harmed};
 use proptest::prelude::*;
 
@@ -106,42 +99,15 @@ proptest! {
     }
 
     #[test]
-    fn a_seal_passes_nothing_but_what_was_sealed(body in prop::collection::vec(any::<u8>(), 0..200), harms in harms()) {
-        let whole = sealed(&body);
-        let broken = harmed(&whole, &harms);
-        match unsealed(&broken) {
-            Ok(read) => prop_assert!(broken == whole && read == body),
-            Err(refused) => prop_assert!(!refused.to_string().is_empty()),
-        }
+    fn harmed_logs_are_read_or_left_out(harms in harms()) {
+        kept::log(place().path(), RUNS.iter().map(|run| harmed(run.as_bytes(), &harms)));
     }
 
     #[test]
-    fn harmed_logs_give_the_runs_that_are_whole_and_no_others(harms in harms()) {
-        let place = place();
-        let lines: Vec<u8> = RUNS.iter().flat_map(|run| [sealed(run.as_bytes()), vec![b'\n']].concat()).collect();
-        fs::write(place.path(), harmed(&lines, &harms)).unwrap();
-        let expected: Vec<sweep::Run> = RUNS
-            .iter()
-            .map(|run| serde_json::from_value(serde_json::from_str::<serde_json::Value>(run).unwrap()["run"].take()).unwrap())
-            .collect();
-        let (_, runs) = RunLog::open::<sweep::Run>(place.path()).unwrap();
-        for (index, run) in runs {
-            prop_assert_eq!(&run, &expected[index]);
-        }
-    }
-
-    /// Forged: harmed first, sealed then.
-    #[test]
-    fn forged_logs_are_read_or_left_out(harms in harms()) {
-        kept::forged_log(place().path(), RUNS.iter().map(|run| harmed(run.as_bytes(), &harms)));
-    }
-
-    /// Forged: harmed first, sealed then.
-    #[test]
-    fn forged_parts_are_read_or_refused(harms in harms()) {
+    fn harmed_parts_are_read_or_refused(harms in harms()) {
         let place = place();
         let part = harmed(PART.as_bytes(), &harms);
-        fs::write(place.path(), sealed(&part)).unwrap();
+        fs::write(place.path(), &part).unwrap();
         let read = Parts::of(&[place.path().to_owned()])
             .and_then(|parts| parts.each::<sweep::Run>(|index, _| { assert!(index < 2); Ok(()) }));
         // The whole part is read, so that harmed ones meet more than the first refusal.

@@ -162,34 +162,30 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     if resume && !folder.is_resumed() {
         session.note(NOTHING_SAVED);
     }
-    let outcome = fit_and_report(&job, folder, &session, timing);
-    if outcome.as_ref().is_err_and(|error| error.is::<interrupt::Interrupted>()) {
-        session.note("the runs made so far are kept; continue with the same command and --resume");
-    }
-    outcome
+    fit_and_report(&job, folder, &session, timing)
 }
 
-/// Fit, confirm, report, write. Stopped on the way, the folder keeps its state.
+/// Fit, confirm, report, write. Stopped on the way, the folder keeps the finite element runs.
 fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing: Timing) -> anyhow::Result<Outcome> {
-    // A state that cannot be continued is refused before anything is run, and left as it is: it may be hours of work.
-    let saved = job.problem.saved(&folder.state_path())?;
-    let fitted = match files::fitted(job, saved, session, &mut timing) {
-        Ok(fitted) => fitted,
-        Err(error) if error.is::<interrupt::Interrupted>() => return Err(error),
+    let saved = job.problem.saved(&folder.state_path());
+    let made = files::fitted(job, saved, session, &mut timing)
+        .and_then(|fitted| Files::of(job, &fitted, session, &mut timing, &Stop::on_interrupt()));
+    let Files { outcome, files } = match made {
+        Ok(files) => files,
         Err(error) => {
             // Another failure, such as a full disk, may pass.
             let too_few = |cause: &(dyn std::error::Error + 'static)| {
                 matches!(cause.downcast_ref(), Some(FitError::TooFewRuns { .. }))
                     || matches!(cause.downcast_ref(), Some(Refusal::NoFit { .. }))
             };
-            let final_answer = error.chain().any(too_few);
-            if final_answer || !folder.is_saved() {
+            if error.chain().any(too_few) || !folder.is_saved() {
                 folder.discard();
+            } else if error.is::<interrupt::Interrupted>() {
+                session.note("the runs made so far are kept; continue with the same command and --resume");
             }
             return Err(error);
         }
     };
-    let Files { outcome, files } = Files::of(job, &fitted, session, &mut timing, &Stop::on_interrupt())?;
     let place = folder.finish_with(files, timing)?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
     session.result(text, &outcome)?;

@@ -18,7 +18,9 @@ const COMMANDS: [(&str, &str); 8] = [
 ];
 
 /// Flags that are gone, and what takes their place.
-const FLAGS: [(&str, &str); 19] = [
+const FLAGS: [(&str, &str); 21] = [
+    ("--resume", "nothing: a replay that is stopped begins again"),
+    ("--checkpoint", "nothing: a replay that is stopped begins again"),
     ("--on", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
     ("--chunk", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
     ("--column", "--channel NAME"),

@@ -127,7 +127,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
     field::refuse_idle(&arguments.field, &scene)?;
-    let Arguments { analysis, output, .. } = &arguments;
+    let output = &arguments.output;
     Estimate::of(&scene).check(&scene.model.limits)?;
     let plan = arguments.ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
     if let Some(plan) = &plan {
@@ -135,25 +135,13 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     }
     session.assumed(&experiment.assumptions);
     session.warn(experiment.warnings());
-    // A long run is kept when it is stopped.
-    let stage = |out| match scene.model.kind {
-        ModelKind::Fea => OutputFolder::resumable(out, &RESULTS, analysis::COMMAND, analysis.resume, output.force),
-        ModelKind::Chain | ModelKind::Reduced => OutputFolder::stage(out, &RESULTS, output.force),
-    };
+    let stage = |out| OutputFolder::stage(out, &RESULTS, output.force);
     let calibrated = calibrated.as_ref();
     let job = Job { arguments: &arguments, session, calibrated, experiment: &experiment, scene: &scene, plan };
     let settings = observation::settings(&scene)?;
     let folder = output.out.as_deref().map(stage).transpose()?;
     timing.stage("read");
-    let (text, summary) = match job.execute(folder.as_ref(), &settings, &mut timing) {
-        Ok(done) => done,
-        Err(error) => {
-            if let Some(folder) = folder.filter(|folder| !analysis::is_saved(folder)) {
-                folder.discard();
-            }
-            return Err(error);
-        }
-    };
+    let (text, summary) = job.execute(folder.as_ref(), &settings, &mut timing)?;
     match folder {
         Some(folder) => {
             let place = folder.finish()?;
@@ -262,7 +250,6 @@ impl Job<'_> {
         if let Some(folder) = folder {
             field::write(folder, field)?;
             write(folder, scene, &response, spread.as_ref(), &summary, timing)?;
-            analysis::take_frames(folder, summary.analysis.as_ref())?;
         }
         Ok((text, summary))
     }

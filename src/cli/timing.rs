@@ -4,8 +4,6 @@ use std::time::Instant;
 
 use serde_json::{Map, Value, json};
 
-use crate::measurement::sha256;
-
 pub const FILE: &str = "timing.json";
 
 /// A clock that notes how long each stage took.
@@ -45,15 +43,8 @@ impl Timing {
         self.settings = Some(settings);
     }
 
-    /// What goes into the file, with the digest of all of it: times come out otherwise every time, so nothing else can show that one was
-    /// altered.
+    /// What goes into the file.
     pub fn to_json(&self) -> Vec<u8> {
-        let mut timing = self.value();
-        timing[SEAL] = seal(&timing).into();
-        format!("{timing:#}\n").into_bytes()
-    }
-
-    fn value(&self) -> Value {
         let mut timing = json!({
             "stages": self.stages,
             "total_s": self.started.elapsed().as_secs_f64(),
@@ -66,24 +57,8 @@ impl Timing {
         if let Some(settings) = &self.settings {
             timing["settings"] = settings.clone();
         }
-        timing
+        format!("{timing:#}\n").into_bytes()
     }
-}
-
-const SEAL: &str = "sha256";
-
-/// SHA-256 of a value as it is written, hexadecimal.
-fn seal(value: &Value) -> String {
-    sha256(format!("{value:#}\n").as_bytes())
-}
-
-/// Whether the file is as it was written; `None` where it holds no digest of itself.
-pub fn is_as_sealed(bytes: &[u8]) -> Option<bool> {
-    let text = String::from_utf8_lossy(bytes);
-    let mut timing: Value = serde_json::from_str(&text).ok()?;
-    let whole = format!("{timing:#}\n");
-    let stored = timing.as_object_mut()?.remove(SEAL)?;
-    Some(whole == text && stored.as_str() == Some(&seal(&timing)))
 }
 
 /// Largest resident memory of this process so far, bytes; only Linux tells without further libraries.
@@ -92,23 +67,4 @@ fn peak_memory() -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_digit_of_a_sealed_file_cannot_be_altered_unseen() {
-        let mut timing = Timing::start();
-        timing.stage("read");
-        let text = String::from_utf8(timing.to_json()).unwrap();
-        assert_eq!(is_as_sealed(text.as_bytes()), Some(true));
-        for (at, digit) in text.bytes().enumerate().filter(|(_, byte)| byte.is_ascii_digit()) {
-            let mut altered = text.clone().into_bytes();
-            altered[at] = if digit == b'7' { b'3' } else { b'7' };
-            assert_ne!(is_as_sealed(&altered), Some(true), "byte {at} of {text}");
-        }
-        assert_eq!(is_as_sealed(format!("{:#}\n", timing.value()).as_bytes()), None);
-    }
 }

@@ -76,7 +76,7 @@ fn fitted(synthetic: &Synthetic, seed: u64) -> (Vec<(f64, f64)>, Verdict) {
     let watch = Arc::new(|_| true);
     let forward = Forward::new(&truth, None, parameters, printed, Uncertainty::default(), seed, watch).unwrap();
     let joint = MultiRecord::from(&forward);
-    let search = to_end(joint.clone(), Search::new(&forward, 600, seed), None, |search| search.runs.len()).unwrap();
+    let search = to_end(joint.clone(), Search::new(&forward, 600, seed), |search| search.runs.len()).unwrap();
     let found = answer(&joint, &search).unwrap();
     let ends = found.estimates.iter().zip([alpha, damping]);
     (ends.map(|(e, truth)| ((e.low / truth).ln(), (e.high / truth).ln())).collect(), found.verdict)

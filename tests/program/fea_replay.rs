@@ -1,7 +1,6 @@
-//! `granchain replay --model fea`: what it writes, what it refuses, stopping and going on.
+//! `granchain replay --model fea`: what it writes, what it refuses.
 
 use std::{
-    collections::BTreeMap,
     fs,
     path::Path,
     process::{Command, Output},
@@ -25,20 +24,6 @@ fn small(out: &Path, more: &[&str]) -> Command {
 
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Every file below a folder but for the times.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for sub in ["", "fields"] {
-        for entry in fs::read_dir(folder.join(sub)).unwrap().map(|entry| entry.unwrap()) {
-            let name = format!("{sub}/{}", entry.file_name().to_str().unwrap());
-            if entry.path().is_file() && name != "/timing.json" {
-                found.insert(name, fs::read(entry.path()).unwrap());
-            }
-        }
-    }
-    found
 }
 
 fn header(folder: &Path) -> String {
@@ -109,53 +94,6 @@ fn frames_are_at_their_times_and_listed_once() {
     assert!(summary.contains("\"field_frames\": 5"));
 }
 
-#[cfg(unix)]
-#[test]
-fn a_stopped_run_goes_on_to_the_same_bytes_with_every_frame_once() {
-    use std::{
-        process::Stdio,
-        time::{Duration, Instant},
-    };
-
-    let place = tempfile::tempdir().unwrap();
-    let (whole, broken) = (place.path().join("whole"), place.path().join("broken"));
-    // Long enough to be met in the middle.
-    let flags = ["--set", "duration=400us", "--fields", "40us", "--checkpoint", "20us"];
-    let output = small(&whole, &flags).output().unwrap();
-    assert!(output.status.success(), "{}", said(&output));
-    let state = place.path().join(".broken.unfinished/state");
-    for (signal, code) in [("-INT", Some(130)), ("-KILL", None)] {
-        // Stopped twice: once politely, once not.
-        let resume: &[&str] = if code.is_some() { &[] } else { &["--resume"] };
-        let saved = fs::metadata(state.join("checkpoint.json")).and_then(|file| file.modified()).ok();
-        let mut command = small(&broken, &[&flags[..], resume].concat());
-        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let patience = Instant::now() + Duration::from_secs(60);
-        while fs::metadata(state.join("checkpoint.json")).and_then(|file| file.modified()).ok() == saved {
-            assert!(child.try_wait().unwrap().is_none(), "the run ended before it could be stopped");
-            assert!(Instant::now() < patience, "no state was saved");
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        assert_eq!(child.wait().unwrap().code(), code);
-        assert!(!broken.exists() && state.join("fields/fields.pvd").exists());
-    }
-    let refused = small(&broken, &flags).output().unwrap();
-    assert_eq!(refused.status.code(), Some(1));
-    assert!(said(&refused).contains("--resume"), "{}", said(&refused));
-    let other = small(&broken, &[&flags[..], &["--resume", "--alpha", "0.9"]].concat()).output().unwrap();
-    assert!(said(&other).contains("has another scene, mesh file, --fields"), "{}", said(&other));
-    let resumed = small(&broken, &[&flags[..], &["--resume", "--threads", "1"]].concat()).output().unwrap();
-    assert!(resumed.status.success() && said(&resumed).contains("resumed at"), "{}", said(&resumed));
-    let (whole, broken) = (files(&whole), files(&broken));
-    assert_eq!(whole.keys().collect::<Vec<_>>(), broken.keys().collect::<Vec<_>>());
-    assert_eq!(whole.keys().filter(|name| name.ends_with(".vtu")).count(), 11);
-    for (name, bytes) in &whole {
-        assert!(*bytes == broken[name], "{name}");
-    }
-    assert!(!state.exists());
-}
-
 #[test]
 fn flags_that_a_run_does_not_use_and_intervals_between_steps_are_usage_errors() {
     let place = tempfile::tempdir().unwrap();
@@ -168,8 +106,7 @@ fn flags_that_a_run_does_not_use_and_intervals_between_steps_are_usage_errors() 
     };
     let chain = ["--scene", "rigid", "--out", out.to_str().unwrap()];
     refused(replay(&chain).args(["--fields", "5us"]), "--fields belongs to --model fea");
-    refused(replay(&chain).args(["--checkpoint", "5us"]), "--checkpoint belongs to --model fea");
-    refused(replay(&chain).arg("--resume"), "--resume belongs to --model fea");
+    refused(replay(&chain).args(["--checkpoint", "5us"]), "a replay that is stopped begins again");
     refused(replay(&SMALL).args(["--fields", "5us"]), "--out");
     refused(&mut small(&out, &["--fields", "1.05us"]), "expected a whole number of steps of 100");
     refused(&mut small(&out, &["--fields", "5"]), "unit");
@@ -187,7 +124,5 @@ fn a_run_that_cannot_be_made_leaves_nothing_behind() {
     assert!(said(&output).contains("none.msh"), "{}", said(&output));
     let output = small(&out, &["--set", "model.step=1us"]).output().unwrap();
     assert!(said(&output).contains("a twentieth of a drive period"), "{}", said(&output));
-    let output = small(&out, &["--resume"]).output().unwrap();
-    assert!(said(&output).contains("found no unfinished run"), "{}", said(&output));
     assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
 }

@@ -215,7 +215,7 @@ fn explain_lists_every_effect_at_once_and_measures_on_request() {
     let (code, out, err) = granchain(folder.path(), &["scene", "explain", "annulus"]);
     assert_eq!((code, err.as_str()), (0, ""));
     assert!(out.contains("on   linear dampers") && out.contains("c = 0.3"), "{out}");
-    assert!(out.contains("off  absorption in the water") && out.contains("off  checkpoint"), "{out}");
+    assert!(out.contains("off  absorption in the water") && out.contains("off  fields"), "{out}");
     let (code, _, err) = granchain(folder.path(), &["scene", "explain", "annulus", "--out", "page"]);
     assert!(code == 2 && err.contains("--measure"), "{code} {err}");
 

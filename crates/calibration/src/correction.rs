@@ -177,20 +177,6 @@ impl Correction {
         self
     }
 
-    /// Whether this saved state can belong to the correction `fresh`.
-    pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
-        let lengths = |it: &Self| {
-            let of_features = [it.observed.len(), it.nuggets.len(), it.weights.len(), it.sensitivity.1.len()];
-            (of_features, it.spans.len(), it.searched.len(), it.before)
-        };
-        let (dimension, features) = (fresh.spans.len(), fresh.observed.len());
-        let made = self.rounds.iter().try_fold(0_usize, |all, round| all.checked_add(*round));
-        lengths(self) == lengths(fresh)
-            && made == Some(self.pairs.len())
-            && self.searched.iter().all(|run| run.is_of(dimension, features))
-            && self.pairs.iter().flat_map(|pair| [&pair.lower, &pair.upper]).all(|run| run.is_of(dimension, features))
-    }
-
     /// Adds a round and updates the state. Returns misfit and position of the best run.
     fn take(&mut self, pairs: Vec<Pair>) -> Option<(f64, Vec<f64>)> {
         self.rounds.push(pairs.len());

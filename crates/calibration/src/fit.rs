@@ -9,7 +9,6 @@ use thiserror::Error;
 pub use super::estimate::Estimate;
 use super::{
     agreement::{self, Agreement},
-    checkpoint::SearchCheckpoint,
     correction::{self, Correction, LevelDifference},
     discrepancy::Discrepancy,
     estimate::{drift, estimates_of},
@@ -257,17 +256,8 @@ pub enum FitError {
 }
 
 /// Runs a search or a correction to its end, from its current state; `made` counts its runs.
-pub fn to_end<P, S: Solver<P, SearchState> + Serialize + Clone>(
-    problem: P,
-    solver: S,
-    checkpoint: Option<SearchCheckpoint>,
-    made: fn(&S) -> usize,
-) -> Result<S, FitError> {
-    let mut executor = Executor::new(problem, solver).ctrlc(false).timer(false);
-    if let Some(checkpoint) = checkpoint {
-        executor = executor.checkpointing(checkpoint);
-    }
-    let result = executor.run().map_err(FitError::Search)?;
+pub fn to_end<P, S: Solver<P, SearchState>>(problem: P, solver: S, made: fn(&S) -> usize) -> Result<S, FitError> {
+    let result = Executor::new(problem, solver).ctrlc(false).timer(false).run().map_err(FitError::Search)?;
     match result.state.get_termination_status() {
         TerminationStatus::Terminated(TerminationReason::Interrupt) => {
             Err(FitError::Stopped { runs: made(&result.solver) })
@@ -287,7 +277,7 @@ pub(crate) struct Standing {
 /// Answer and p-value of the amplitudes for a search that has ended.
 pub(crate) fn standing(problem: impl Into<MultiRecord>, search: Search) -> Result<Standing, FitError> {
     let joint = problem.into();
-    let search = to_end(joint.clone(), search, None, |search| search.runs.len())?;
+    let search = to_end(joint.clone(), search, |search| search.runs.len())?;
     let training = search.training(search.runs.len());
     let judged = Posterior::of(&training, joint.first().parameters.len()).and_then(|posterior| {
         let at = posterior.centre(posterior.densest());

@@ -40,11 +40,6 @@ impl Run {
     pub fn features(&self) -> Option<&[f64]> {
         self.outcome.as_deref().ok()
     }
-
-    /// Whether position and features have these numbers of entries.
-    pub(super) fn is_of(&self, dimension: usize, features: usize) -> bool {
-        self.position.len() == dimension && self.features().is_none_or(|found| found.len() == features)
-    }
 }
 
 /// Number of the first predictive run: above those of any search.

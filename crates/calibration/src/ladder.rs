@@ -8,7 +8,6 @@ use std::{
 use super::{
     agreement::DOUBTFUL,
     candidate::Candidate,
-    checkpoint::{CheckpointError, SearchCheckpoint},
     correction::Correction,
     drive::RecordedDrive,
     fidelity::{Bodies, FidelityLevel, chain_below},
@@ -28,30 +27,9 @@ use super::{
 };
 use granchain_model::scene::Scene;
 
-/// Saved state of one candidate.
+/// Where the runs of the highest fidelity level of one candidate are stored, if they are slow.
 #[derive(Default)]
-pub struct SavedFit {
-    search: (Option<SearchCheckpoint>, Option<Search>),
-    /// For each fidelity level above the chain, lowest first.
-    corrections: Vec<(SearchCheckpoint, Option<Correction>)>,
-    /// Store of the runs of the highest fidelity level.
-    kept: Option<RunFile>,
-}
-
-impl SavedFit {
-    /// Reads the saved states of search and corrections (lowest first) and locates the stored runs of the highest
-    /// level.
-    pub(crate) fn restore(
-        search: SearchCheckpoint,
-        corrections: Vec<SearchCheckpoint>,
-        kept: Option<RunFile>,
-    ) -> Result<Self, CheckpointError> {
-        let found = search.restore()?;
-        let restored = |checkpoint: SearchCheckpoint| Ok((checkpoint.clone(), checkpoint.restore()?));
-        let corrections = corrections.into_iter().map(restored).collect::<Result<_, CheckpointError>>()?;
-        Ok(Self { search: (Some(search), found), corrections, kept })
-    }
-}
+pub struct SavedFit(pub(crate) Option<RunFile>);
 
 /// The runs of one candidate, and the models that make them.
 pub struct FitRuns {
@@ -104,7 +82,6 @@ pub(super) fn fit_levels(
     };
     let (seed, budget) = (problem.seed, problem.evaluations);
     let started = Instant::now();
-    let (checkpoint, mut found_before) = saved.search;
     let mut candidate = candidate.clone();
     let mut runs = CandidateRuns { candidate: candidate.key(), ..CandidateRuns::default() };
     // The box is widened while the best runs press on a bound that nobody chose, each time with a search of its own. What explains nothing is
@@ -112,21 +89,8 @@ pub(super) fn fit_levels(
     let (mut beyond, mut kept) = (false, None);
     let (joint, fit, search) = loop {
         let joint = joint(problem, &candidate, bodies, watch)?;
-        let fresh = || Search::new(joint.clone(), budget, seed);
-        let wider = runs.narrow.len() + usize::from(kept.is_some());
-        let checkpoint = checkpoint.as_ref().map(|checkpoint| checkpoint.numbered(wider));
-        let found = match (&checkpoint, wider) {
-            (_, 0) => found_before.take(),
-            (Some(checkpoint), _) => checkpoint.restore().map_err(Refusal::Checkpoint)?,
-            (None, _) => None,
-        };
-        if let (Some(found), Some(checkpoint)) = (&found, &checkpoint)
-            && !found.may_follow(&fresh())
-        {
-            return Err(Refusal::Checkpoint(checkpoint.impossible()));
-        }
-        let search = found.unwrap_or_else(fresh);
-        let made = to_end(joint.clone(), search, checkpoint, |search| search.runs.len()).map_err(failed)?;
+        let search = Search::new(joint.clone(), budget, seed);
+        let made = to_end(joint.clone(), search, |search| search.runs.len()).map_err(failed)?;
         let batches = parted(&made.runs, &made.batches);
         let fit = answer(&joint, &made);
         if let Some(narrow) = kept.take() {
@@ -180,14 +144,14 @@ pub(super) fn fit_levels(
             return Ok(FittedLevels { made, fit, searching: started.elapsed(), correcting, warnings });
         }
     };
-    if let Some((kept, top)) = saved.kept.and_then(|kept| Some((kept, made.fidelities.pop()?))) {
+    if let Some((kept, top)) = saved.0.and_then(|kept| Some((kept, made.fidelities.pop()?))) {
         let [own, finer] = [kept.open(), kept.finer().open()].map(|kept| kept.map(Arc::new));
         let (own, finer) = (own.map_err(Refusal::Kept)?, finer.map_err(Refusal::Kept)?);
         warnings.extend(own.damage().into_iter().chain(finer.damage()));
         made.fidelities.push(top.keeping(own, finer));
     }
     let (mut corrections, reckoned) = (Vec::<Correction>::new(), problem.work_above());
-    let (mut states, mut decided) = (saved.corrections.into_iter(), false);
+    let mut decided = false;
     for (number, fidelity) in made.fidelities.iter().enumerate() {
         let before = made.runs.before(number);
         let done = budget as u64 + reckoned[..number].iter().sum::<u64>();
@@ -201,20 +165,13 @@ pub(super) fn fit_levels(
             report(done + (pairs * cost).min(most))
         }));
         let started = Instant::now();
-        let (checkpoint, correction) = states.next().map_or((None, None), |(place, found)| (Some(place), found));
         let fresh = || Correction::new(fidelity, &fit.runs, before, seed);
-        if let (Some(found), Some(checkpoint)) = (&correction, &checkpoint)
-            && !found.may_follow(&fresh())
-        {
-            return Err(Refusal::Checkpoint(checkpoint.impossible()));
-        }
-        // A saved correction began because the waveform gave no answer.
-        let found = if problem.begins_with_waveform() && correction.is_none() {
+        let found = if problem.begins_with_waveform() {
             by_waveform(problem, &made.joint, &search, fidelity, &fit, fresh)
         } else {
             None
         };
-        // What was stopped says nothing, and is not saved.
+        // What was stopped says nothing.
         if !watch(done) {
             return Err(Refusal::Stopped);
         }
@@ -224,9 +181,7 @@ pub(super) fn fit_levels(
                 correction
             }
             None => {
-                let correction = correction.unwrap_or_else(fresh);
-                let correction =
-                    to_end(fidelity.clone(), correction, checkpoint, |it| it.pairs.len()).map_err(failed)?;
+                let correction = to_end(fidelity.clone(), fresh(), |it| it.pairs.len()).map_err(failed)?;
                 fit = corrected(fidelity, fit, &correction).map_err(failed)?;
                 correction
             }

@@ -8,7 +8,6 @@ pub mod agreement;
 mod averages;
 pub mod bench;
 pub mod candidate;
-pub mod checkpoint;
 pub mod comparison;
 pub mod correction;
 pub mod diagnosis;

@@ -13,7 +13,6 @@ use std::{
 use super::{
     bench::Bench,
     candidate::{Candidate, candidates},
-    checkpoint::{CheckpointError, SearchCheckpoint},
     comparison::Comparison,
     drive::RecordedDrive,
     fidelity::Bodies,
@@ -302,21 +301,17 @@ impl Problem {
         scene.map(|scene| Bodies::new(scene, cache)).transpose()
     }
 
-    /// Saved states of all candidates in a folder, and where to store them.
-    pub fn saved(&self, folder: &Path) -> Result<Vec<SavedFit>, CheckpointError> {
-        let saved = |candidate: &Candidate| {
-            let (name, key) = (candidate.key(), self.key(candidate));
-            let checkpoint = |name: String| SearchCheckpoint::new(&folder.join(name), &key);
-            let corrections = self.above.iter().map(|kind| checkpoint(format!("{name}-{}.json", kind.name())));
-            let slow = self.above.last().filter(|kind| **kind == ModelKind::Fea);
-            let kept = slow
-                .map(|kind| RunFile { path: folder.join(format!("{name}-{}.jsonl", kind.name())), key: key.clone() });
-            SavedFit::restore(checkpoint(format!("{name}.json")), corrections.collect(), kept)
+    /// Where the slow runs of every candidate are stored in a folder; those that are there are not made again.
+    pub fn saved(&self, folder: &Path) -> Vec<SavedFit> {
+        let slow = self.above.last().filter(|kind| **kind == ModelKind::Fea);
+        let of = |candidate: &Candidate| {
+            let path = |kind: &ModelKind| folder.join(format!("{}-{}.jsonl", candidate.key(), kind.name()));
+            SavedFit(slow.map(|kind| RunFile { path: path(kind), key: self.key(candidate) }))
         };
-        self.candidates.iter().map(saved).collect()
+        self.candidates.iter().map(of).collect()
     }
 
-    /// Digest of everything that affects a run; a saved search must have the same one to be continued.
+    /// Digest of everything that affects a run; a stored run must have the same one to be used.
     pub fn key(&self, candidate: &Candidate) -> String {
         let drive =
             |recorded_run: &RecordedRun| recorded_run.bench.drive.as_ref().map(|drive| drive.input.sha256.clone());

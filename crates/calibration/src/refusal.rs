@@ -171,8 +171,6 @@ pub enum Refusal {
     },
     #[error("{}: no candidate can be fitted: {reasons}", path.display())]
     NoFit { path: PathBuf, reasons: String },
-    #[error(transparent)]
-    Checkpoint(#[from] super::checkpoint::CheckpointError),
     #[error("the finished runs of the fit")]
     Kept(#[source] granchain_record::run_log::RunLogError),
     #[error("stopped")]

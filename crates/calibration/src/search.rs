@@ -117,17 +117,6 @@ impl Search {
         framed(training.parted(&self.parts).tempered(self.power).scaled(sensitivity, answers), self.dimension)
     }
 
-    /// Whether this saved state can belong to the search `fresh`.
-    pub(crate) fn may_follow(&self, fresh: &Self) -> bool {
-        let lengths =
-            |it: &Self| [it.dimension, it.observed.len(), it.nuggets.len(), it.weights.len(), it.sensitivity.1.len()];
-        self.batches == fresh.batches
-            && self.parts == fresh.parts
-            && lengths(self) == lengths(fresh)
-            && self.batches.get(..self.batch).is_some_and(|made| made.iter().sum::<usize>() == self.runs.len())
-            && self.runs.iter().all(|run| run.is_of(self.dimension, self.observed.len()))
-    }
-
     fn propose(&self) -> Vec<Vec<f64>> {
         let count = self.batches[self.batch];
         let training = self.training(self.runs.len());

@@ -42,7 +42,6 @@ pub mod run_log;
 mod samples;
 mod sampling;
 mod scale;
-pub mod seal;
 mod sensor;
 mod separated;
 mod shell;

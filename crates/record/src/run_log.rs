@@ -1,7 +1,7 @@
 //! Log of finished runs: one JSON line a run, appended and synced.
 //!
-//! A process may be killed at any time. Only lines that end in a newline and whose digest is right are read. A torn
-//! last line is cut off before the next append; an altered line is reported and its run repeated.
+//! A process may be killed at any time. Only lines that end in a newline are read. A torn last line is cut off before the
+//! next append; a line that is no run is reported and its run repeated.
 
 use std::{
     collections::BTreeMap,
@@ -13,8 +13,6 @@ use std::{
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use thiserror::Error;
-
-use crate::seal::{sealed, unsealed};
 
 /// Longest line that is read, bytes.
 const LONGEST_LINE: u64 = 64 << 20;
@@ -49,9 +47,8 @@ struct Entry<T> {
     run: T,
 }
 
-/// Parses a line, if its digest is right.
 fn read_line<T: DeserializeOwned>(line: &[u8]) -> Option<Entry<T>> {
-    serde_json::from_slice(unsealed(line).ok()?).ok()
+    serde_json::from_slice(line).ok()
 }
 
 /// Positions of the runs in a log; only positions are held in memory.
@@ -159,16 +156,13 @@ impl RunLog {
         Ok(Self { path: path.into(), end: Mutex::new(End { file, torn: false }), damaged })
     }
 
-    /// Warning about altered lines; `None` if there are none.
+    /// Warning about damaged lines; `None` if there are none.
     #[must_use]
     pub fn damage(&self) -> Option<String> {
         let lines: Vec<String> = self.damaged.iter().map(ToString::to_string).collect();
         (!lines.is_empty()).then(|| {
             let path = self.path.display();
-            format!(
-                "{path}:{}: altered or damaged since it was written; what stood there is run again",
-                lines.join(", ")
-            )
+            format!("{path}:{}: damaged since it was written; what stood there is run again", lines.join(", "))
         })
     }
 
@@ -178,7 +172,7 @@ impl RunLog {
     /// When it cannot be written.
     pub fn keep(&self, index: usize, run: &impl Serialize) -> Result<(), RunLogError> {
         let io = |source| RunLogError::Io { action: "append", path: self.path.clone(), source };
-        let mut line = sealed(&serde_json::to_vec(&Entry { index, run }).map_err(|error| io(error.into()))?);
+        let mut line = serde_json::to_vec(&Entry { index, run }).map_err(|error| io(error.into()))?;
         line.push(b'\n');
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
         if end.torn {
@@ -229,8 +223,8 @@ mod tests {
             assert_eq!(runs.read::<f64>(index).unwrap().to_bits(), (1.0 / index as f64).to_bits());
         }
         assert!(runs.read::<f64>(3).unwrap_err().to_string().contains("runs.jsonl: cannot read"));
-        // Altered behind its back.
-        let altered = fs::read_to_string(&path).unwrap().replace("0.5", "0.6");
+        // Damaged behind its back.
+        let altered = fs::read_to_string(&path).unwrap().replace("0.5", "0,5");
         fs::write(&path, altered).unwrap();
         let (_, runs) = RunLog::index::<f64>(&path).unwrap();
         assert!(!runs.contains(2) && runs.contains(5));
@@ -269,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_altered_is_named_and_what_is_whole_is_kept() {
+    fn a_line_that_is_no_run_is_named_and_the_others_are_kept() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("runs.jsonl");
         let (log, _) = RunLog::open::<f64>(&path).unwrap();
@@ -278,17 +272,10 @@ mod tests {
             log.keep(index, run).unwrap();
         }
         drop(log);
-        let whole = fs::read(&path).unwrap();
-        let known = BTreeMap::from([(0, 0.1), (1, 0.25), (2, 1.0 / 3.0)]);
-        for (place, bit) in (0..whole.len()).flat_map(|place| (0..8).map(move |bit| (place, bit))) {
-            let mut flipped = whole.clone();
-            flipped[place] ^= 1 << bit;
-            fs::write(&path, &flipped).unwrap();
-            let (log, runs) = RunLog::open::<f64>(&path).unwrap();
-            // A newline more or less spoils a line or the one behind it; nothing is ever another number.
-            assert!(runs.len() < 3 && runs.iter().all(|(index, run)| known.get(index) == Some(run)), "{place} {bit}");
-            let last = whole.len() - 1;
-            assert!(log.damage().is_some() || runs.len() == 2 && place == last, "{place} {bit}: {runs:?}");
-        }
+        let damaged = fs::read_to_string(&path).unwrap().replace("0.25", "0,25");
+        fs::write(&path, damaged).unwrap();
+        let (log, runs) = RunLog::open::<f64>(&path).unwrap();
+        assert_eq!(runs, BTreeMap::from([(0, 0.1), (2, 1.0 / 3.0)]));
+        assert!(log.damage().is_some_and(|given| given.contains("runs.jsonl:2:")));
     }
 }

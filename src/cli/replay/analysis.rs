@@ -1,36 +1,24 @@
-//! A finite element analysis behind `granchain replay`: advanced step by step, with fields and saved states on the way.
-//!
-//! Work in progress lies in the state folder of a resumable output: `plan.json` (what the state belongs to), `checkpoint.json` (the last
-//! saved state), `fields/` (the frames written so far, whose digests the saved state holds). A frame's name is its number, so a frame
-//! computed again after a resume replaces itself; frames beyond the saved state are dropped first.
+//! A finite element analysis behind `granchain replay`, advanced step by step, with fields on the way.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::{
     calibration::drive::Input,
     cli::{
         arguments::{Session, positive_time, usage},
         forecast::Forecast,
-        interrupt::{self, Interrupted},
-        output::{NOTHING_SAVED, OutputFolder, PLAN, same_plan, write_atomically},
-        progress, summary,
+        interrupt,
+        output::OutputFolder,
+        progress,
     },
-    measurement::{
-        read_back::{LARGE, read_back},
-        seal::{sealed, unsealed},
-        sha256,
-    },
-    model::fea::{Control, Cut, Frames, Simulation, Snapshot, control::Complementarity},
+    model::fea::{Control, Cut, Frames, Simulation, control::Complementarity},
     report::number::engineering,
     response::{Response, write_pvd, write_vtu},
-    scene::{ModelKind, Scene, Support},
+    scene::{ModelKind, Scene},
 };
 
 /// Flags of a finite element run.
@@ -39,18 +27,9 @@ pub struct AnalysisArguments {
     /// With --model fea: write displacement, velocity and stress of all bodies at this interval, such as 5us, for ParaView
     #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
     pub fields: Option<f64>,
-    /// With --model fea: save the state at this interval of simulated time, such as 50us; Ctrl-C saves it in any case
-    #[arg(long, value_name = "INTERVAL", value_parser = positive_time, requires = "out", help_heading = "Finite elements")]
-    pub checkpoint: Option<f64>,
-    /// With --model fea: continue a run that was stopped; needs the same flags
-    #[arg(long, requires = "out", help_heading = "Finite elements")]
-    pub resume: bool,
 }
 
-/// The command, as a state names it.
-pub const COMMAND: &str = "replay --model fea";
-const CHECKPOINT: &str = "checkpoint.json";
-/// Folder of the frames, in the state and in the results.
+/// Folder of the frames in the results.
 const FIELDS: &str = "fields";
 /// List of the frames, for ParaView.
 const SERIES: &str = "fields.pvd";
@@ -90,21 +69,12 @@ pub struct Finished {
 
 /// Refuse flags that a run of this model does not use.
 pub fn refuse_idle(flags: &AnalysisArguments, scene: &Scene) -> anyhow::Result<()> {
-    let AnalysisArguments { fields, checkpoint, resume, .. } = flags;
-    let given = [("--fields", fields.is_some()), ("--checkpoint", checkpoint.is_some()), ("--resume", *resume)];
-    match given.into_iter().find(|(_, given)| *given) {
-        Some((flag, _)) if scene.model.kind != ModelKind::Fea => Err(usage(format!(
-            "{flag} belongs to --model fea; model `{}` has no fields and no saved state",
-            scene.model.kind.name()
-        ))),
+    match flags.fields {
+        Some(_) if scene.model.kind != ModelKind::Fea => {
+            Err(usage(format!("--fields belongs to --model fea; model `{}` has no fields", scene.model.kind.name())))
+        }
         _ => Ok(()),
     }
-}
-
-#[derive(Serialize, Deserialize)]
-struct Checkpoint {
-    simulation: Snapshot,
-    frames: BTreeMap<String, String>,
 }
 
 /// A run in the making.
@@ -113,20 +83,16 @@ pub struct Analysis<'a> {
     session: &'a Session,
     folder: Option<&'a OutputFolder>,
     meshes: Vec<Input>,
-    identity: String,
     simulation: Simulation<'static>,
     frames: Frames,
-    /// SHA-256 of the frames written, by name.
-    written: BTreeMap<String, String>,
-    /// Steps a frame and steps a saved state.
+    /// Steps a frame.
     frame: Option<usize>,
-    save: Option<usize>,
     /// Interval of the frames, s, as given.
     interval: f64,
 }
 
 impl<'a> Analysis<'a> {
-    /// Mesh and factor the scene, or take up the state that an earlier run saved in `folder`.
+    /// Mesh and factor the scene.
     pub fn new(
         scene: &'a Scene,
         flags: &AnalysisArguments,
@@ -135,51 +101,11 @@ impl<'a> Analysis<'a> {
     ) -> anyhow::Result<Self> {
         let step = scene.model.fea.step;
         let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
-        let save = flags.checkpoint.map(|interval| whole_steps("--checkpoint", interval, step)).transpose()?;
         let meshes = scene.mesh_files().into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
-        let plan = plan_of(scene, &meshes, frame)?;
-        let identity = sha256(&plan);
-        let mut simulation = Simulation::new(scene, Control::default())?;
-        let mut written = BTreeMap::new();
-        if let Some(folder) = folder {
-            interrupt::saves_first();
-            let place = folder.state_path().join(PLAN);
-            if is_saved(folder) {
-                same_plan(&place, &plan, "run", "scene, mesh file, --fields")?;
-                let state = folder.state_path().join(CHECKPOINT);
-                let bytes = read_back(&state, LARGE).with_context(|| format!("{}: cannot be read", state.display()))?;
-                let of_ours =
-                    || format!("{}: no saved state of this program; start again with --force", state.display());
-                let saved: Checkpoint =
-                    serde_json::from_slice(unsealed(&bytes).with_context(of_ours)?).with_context(of_ours)?;
-                simulation.restore(saved.simulation, &identity)?;
-                written = saved.frames;
-                session.note(format_args!("resumed at {}", engineering(simulation.time(), "s", 4)));
-            } else {
-                if flags.resume {
-                    session.note(NOTHING_SAVED);
-                    // Frames that belong to no saved state.
-                    let _ = std::fs::remove_dir_all(folder.state_path().join(FIELDS));
-                }
-                write_atomically(&place, &plan)?;
-            }
-        }
+        let simulation = Simulation::new(scene, Control::default())?;
         let frames = Frames::new(simulation.arrangement());
-        let analysis = Self {
-            frames,
-            written,
-            scene,
-            session,
-            folder,
-            meshes,
-            identity,
-            simulation,
-            frame,
-            save,
-            interval: flags.fields.unwrap_or(0.0),
-        };
-        analysis.check_frames()?;
-        Ok(analysis)
+        let interval = flags.fields.unwrap_or(0.0);
+        Ok(Self { frames, scene, session, folder, meshes, simulation, frame, interval })
     }
 
     pub fn run(mut self) -> anyhow::Result<Finished> {
@@ -201,57 +127,27 @@ impl<'a> Analysis<'a> {
     }
 
     fn advance(&mut self, bar: &indicatif::ProgressBar) -> anyhow::Result<()> {
-        let start = self.taken();
-        if start == 0 {
-            self.write_frame()?;
-        }
+        self.write_frame()?;
         let forecast = Forecast::new(self.session, "the run");
         let mut reported = self.simulation.cuts().len();
         while !self.simulation.is_done() {
-            if interrupt::requested() {
-                return Err(self.stopped()?);
-            }
+            interrupt::check()?;
             self.simulation.advance()?;
-            let taken = self.taken();
             for cut in &self.simulation.cuts()[reported..] {
                 bar.suspend(|| self.session.note(cut_note(cut)));
             }
             reported = self.simulation.cuts().len();
-            if self.frame.is_some_and(|steps| taken.is_multiple_of(steps)) {
+            if self.frame.is_some_and(|steps| self.taken().is_multiple_of(steps)) {
                 self.write_frame()?;
-            }
-            if self.save.is_some_and(|steps| taken.is_multiple_of(steps)) {
-                self.save()?;
             }
             forecast.at(self.simulation.time() / self.scene.duration);
             progress::advance_to(bar, self.simulation.time(), self.scene.duration);
         }
-        // What is stopped from here on has only to be written again; water is in no saved state.
-        if matches!(self.scene.support, Support::Disc { .. }) { Ok(()) } else { self.save() }
+        self.write_series()
     }
 
     fn taken(&self) -> usize {
         (self.simulation.time() / self.scene.model.fea.step).round() as usize
-    }
-
-    /// Save the state where there is a folder for it; the error that says so.
-    fn stopped(&self) -> anyhow::Result<anyhow::Error> {
-        let Some(folder) = self.folder else { return Ok(Interrupted.into()) };
-        self.save()?;
-        let (time, place) = (engineering(self.simulation.time(), "s", 4), folder.path().display());
-        Ok(anyhow::Error::from(Interrupted)
-            .context(format!("the run up to {time} is kept in {place}; continue with --resume")))
-    }
-
-    fn save(&self) -> anyhow::Result<()> {
-        let Some(folder) = self.folder else { return Ok(()) };
-        let saved = Checkpoint { simulation: self.simulation.snapshot(&self.identity), frames: self.written.clone() };
-        let saved = serde_json::to_vec(&saved).context("the state of the analysis cannot be written")?;
-        Ok(write_atomically(&folder.state_path().join(CHECKPOINT), &sealed(&saved))?)
-    }
-
-    fn frames_folder(&self) -> Option<PathBuf> {
-        Some(self.folder?.state_path().join(FIELDS))
     }
 
     fn summary(&self) -> AnalysisSummary {
@@ -272,38 +168,9 @@ impl<'a> Analysis<'a> {
 }
 
 impl Analysis<'_> {
-    /// Drop what belongs to no saved state, and see that the frames before it are as they were written.
-    fn check_frames(&self) -> anyhow::Result<()> {
-        let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
-        std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
-        for entry in std::fs::read_dir(&folder).with_context(|| format!("{}: cannot be read", folder.display()))? {
-            let path = entry?.path();
-            let known =
-                path.file_name().and_then(|name| name.to_str()).is_some_and(|name| self.written.contains_key(name));
-            if !known {
-                std::fs::remove_file(&path).with_context(|| format!("{}: cannot be removed", path.display()))?;
-            }
-        }
-        for (name, digest) in &self.written {
-            if Path::new(name).file_name() != Some(name.as_ref()) {
-                bail!(
-                    "the saved state names a frame `{}`, which is no file name; start over with --force",
-                    name.escape_debug()
-                );
-            }
-            let path = folder.join(name);
-            let frame = read_back(&path, LARGE)
-                .with_context(|| format!("{}: cannot be read; start again with --force", path.display()))?;
-            if sha256(&frame) != *digest {
-                bail!("{}: altered or damaged since it was written; start again with --force", path.display());
-            }
-        }
-        if self.written.is_empty() { Ok(()) } else { self.write_series(&folder, self.taken() / steps) }
-    }
-
     /// Write the frame of this instant, and the list of all so far.
     fn write_frame(&mut self) -> anyhow::Result<()> {
-        let (Some(steps), Some(folder)) = (self.frame, self.frames_folder()) else { return Ok(()) };
+        let (Some(steps), Some(folder)) = (self.frame, self.folder) else { return Ok(()) };
         let number = self.taken() / steps;
         let field = self.frames.field(&self.simulation);
         let mut bytes = Vec::new();
@@ -316,35 +183,20 @@ impl Analysis<'_> {
                 frames as f64 * megabytes
             ));
         }
-        let name = frame_name(number);
-        write_atomically(&folder.join(&name), &bytes)?;
-        self.written.insert(name, sha256(&bytes));
-        self.write_series(&folder, number)
+        folder.write(Path::new(FIELDS).join(frame_name(number)), bytes)?;
+        Ok(())
     }
 
-    /// Write the list of the frames up to that number.
-    fn write_series(&self, folder: &Path, number: usize) -> anyhow::Result<()> {
-        let names: Vec<String> = (0..=number).map(frame_name).collect();
+    /// Write the list of the frames.
+    fn write_series(&self) -> anyhow::Result<()> {
+        let (Some(steps), Some(folder)) = (self.frame, self.folder) else { return Ok(()) };
+        let names: Vec<String> = (0..=self.taken() / steps).map(frame_name).collect();
         let list = names.iter().enumerate().map(|(number, name)| (number as f64 * self.interval, name.as_str()));
         let mut bytes = Vec::new();
         write_pvd(list, &mut bytes).context("the list of the frames cannot be made")?;
-        Ok(write_atomically(&folder.join(SERIES), &bytes)?)
+        folder.write(Path::new(FIELDS).join(SERIES), bytes)?;
+        Ok(())
     }
-}
-
-/// Take the frames and their list into the results; all of them stay in the state until the results stand.
-pub fn take_frames(folder: &OutputFolder, analysis: Option<&AnalysisSummary>) -> anyhow::Result<()> {
-    let Some(frames) = analysis.and_then(|analysis| analysis.field_frames) else { return Ok(()) };
-    let fields = folder.state_path().join(FIELDS);
-    for name in (0..frames).map(frame_name).chain([SERIES.to_owned()]) {
-        folder.take(&fields.join(&name), Path::new(FIELDS).join(&name))?;
-    }
-    Ok(())
-}
-
-/// Whether a state was saved that a later run can take up.
-pub fn is_saved(folder: &OutputFolder) -> bool {
-    folder.state_path().join(CHECKPOINT).exists()
 }
 
 fn frame_name(number: usize) -> String {
@@ -370,11 +222,4 @@ fn whole_steps(flag: &str, interval: f64, step: f64) -> anyhow::Result<usize> {
     }
     let (interval, step) = (engineering(interval, "s", 6), engineering(step, "s", 6));
     Err(usage(format!("{flag} {interval}: expected a whole number of steps of {step} (model.step)")))
-}
-
-/// Everything that decides what the state is.
-fn plan_of(scene: &Scene, meshes: &[Input], frame: Option<usize>) -> anyhow::Result<Vec<u8>> {
-    summary::json(&serde_json::json!({
-        "program": summary::program(), "scene_sha256": summary::scene_digest(scene), "meshes": meshes, "steps_a_frame": frame,
-    }))
 }

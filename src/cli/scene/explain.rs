@@ -99,7 +99,6 @@ fn all(scene: &Scene) -> Vec<Effect> {
     effects.extend([
         on_request("fields", "--fields"),
         on_request("field of the water", "--pressure-map"),
-        on_request("checkpoint", "--checkpoint"),
         on_request("ensemble of perturbed runs", "--ensemble"),
     ]);
     effects

@@ -68,9 +68,7 @@ impl Cache {
         refuse_turning(scene)?;
         let key = key(scene)?;
         let path = self.folder.join(format!("{}{key}{}", NAME.0, NAME.1));
-        if let Some(reduction) =
-            read::<Reduction>(&path, HEADER, &key).filter(|reduction| reduction.is_consistent(scene))
-        {
+        if let Some(reduction) = read::<Reduction>(&path, HEADER, &key) {
             used(&path);
             return Ok((reduction, Origin::Read { path }));
         }

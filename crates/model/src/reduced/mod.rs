@@ -20,7 +20,6 @@ mod backing;
 pub(crate) mod basis;
 mod cache;
 mod chain;
-mod consistency;
 mod contact;
 mod damper;
 mod equilibrium;

@@ -171,7 +171,7 @@ fn a_file_changed_since_is_kept_whatever_the_flag() {
 }
 
 #[test]
-fn times_are_known_by_the_digest_they_carry() {
+fn the_list_does_not_depend_on_times() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");
     let write = || {
@@ -180,9 +180,7 @@ fn times_are_known_by_the_digest_they_carry() {
         folder.finish().unwrap();
         fs::read(target.join(LIST)).unwrap()
     };
-    assert!(write() == write(), "the list is the same for equal results");
-    fs::write(target.join("timing.json"), "{}").unwrap();
-    assert!(matches!(stage(&target, true), Err(OutputError::Altered { .. })));
+    assert!(write() == write());
 }
 
 #[test]
