@@ -92,10 +92,8 @@ fn parts_of_different_commands_inputs_or_numbers_are_not_merged() {
     refused(folder, &merge, &["in the folder in which the parts were run", "horn.csv"]);
     fs::write(folder.join("horn.csv"), &drive).unwrap();
     let whole = fs::read(folder.join("2.part")).unwrap();
-    for byte in (0..whole.len()).step_by(97) {
-        let mut altered = whole.clone();
-        altered[byte] ^= 1;
-        fs::write(folder.join("2.part"), altered).unwrap();
+    for length in (0..whole.len()).step_by(197) {
+        fs::write(folder.join("2.part"), &whole[..length]).unwrap();
         refused(folder, &merge, &["2.part: expected a file that --part wrote"]);
     }
     assert!(!folder.join("far").exists());
@@ -128,7 +126,7 @@ fn a_part_replaces_nothing_that_is_not_this_part() {
 }
 
 #[test]
-fn a_forged_part_with_a_right_seal_neither_writes_elsewhere_nor_lasts() {
+fn a_forged_part_neither_writes_elsewhere_nor_lasts() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
     part(folder, &SWEEP, 1, 2);
