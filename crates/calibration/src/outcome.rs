@@ -12,7 +12,7 @@ use super::{
     fit::{Estimate, Fit, Verdict},
     parameter::{Parameter, Target},
     statement::is_open,
-    waveform::{QUANTILE, contradicts},
+    waveform::{Origin, QUANTILE, WaveformFit, contradicts},
 };
 use granchain_record::{Masked, ReadOptions, Reading, ReadingError, RecordKind};
 use granchain_signal::feature::Measurand;
@@ -65,7 +65,47 @@ pub struct CalibrationOutcome {
     pub assumptions: Vec<String>,
 }
 
+/// One of the numbers named first: of the record, and of the model with its run-to-run standard deviation, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedNumber {
+    pub name: &'static str,
+    pub measured: f64,
+    pub simulated: f64,
+    pub deviation: f64,
+    pub unit: &'static str,
+}
+
+impl NamedNumber {
+    /// Simulated over measured, less 1.
+    #[must_use]
+    pub fn difference(&self) -> f64 {
+        self.simulated / self.measured - 1.0
+    }
+}
+
 impl CalibrationOutcome {
+    /// Both peaks of the velocity after the onset, and the lines at 1/3 and 2/3 of the drive over that at the drive, in the analysis window; empty
+    /// without a record of a velocity.
+    #[must_use]
+    pub fn named_numbers(&self) -> Vec<NamedNumber> {
+        let peak = |name, key: &str, sign: f64| {
+            let feature = self.best.fitted_features.get(key).filter(|feature| feature.unit == "m/s")?;
+            let (measured, simulated) = feature.measured.zip(feature.expected)?;
+            let deviation = simulated * feature.scatter?;
+            Some(NamedNumber { name, measured: sign * measured, simulated: sign * simulated, deviation, unit: "m/s" })
+        };
+        let ratio = |name, key: &str| {
+            let OutcomeFeature { measured, simulated, scatter, .. } = self.best.features.get(key)?;
+            let (measured, simulated) = measured.zip(*simulated)?;
+            Some(NamedNumber { name, measured, simulated, deviation: scatter.unwrap_or(0.0), unit: "1" })
+        };
+        let peaks = [("positive peak", "positive_peak", 1.0), ("negative peak", "negative_peak", -1.0)];
+        let ratios = [("ratio 1/3", "ratio_1/3"), ("ratio 2/3", "ratio_2/3")];
+        let peaks: Vec<_> = peaks.into_iter().filter_map(|(name, key, sign)| peak(name, key, sign)).collect();
+        let ratios = ratios.into_iter().filter_map(|(name, key)| ratio(name, key)).filter(|_| !peaks.is_empty());
+        peaks.iter().cloned().chain(ratios).collect()
+    }
+
     /// The best fit of every damping law, first the leading one, if the record does not decide between them; otherwise
     /// none.
     pub fn undecided_laws(&self) -> Vec<&FitOutcome> {
@@ -180,6 +220,9 @@ pub struct WaveformOutcome {
     /// Interval of the beads' stiffness over their mass, relative to the scene's; absent if it is not drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness_over_mass: Option<[f64; 2]>,
+    /// Share of the variance of ln of every parameter by where it comes from.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub width_from: BTreeMap<String, BTreeMap<Origin, f64>>,
     pub rounds: u64,
     pub runs: u64,
 }
@@ -204,11 +247,27 @@ impl WaveformOutcome {
             whole_record: waveform.whole,
             left_out: waveform.left_out as u64,
             alpha_times_level: product.map(|((parameter, u), [mean, sd])| around(parameter.value(*u) * mean.exp(), sd)),
+            width_from: width_from(fit, waveform),
             stiffness_over_mass: waveform.modulus.map(|[middle, deviation]| around(middle.exp(), deviation)),
             rounds: waveform.rounds as u64,
             runs: waveform.runs,
         })
     }
+}
+
+/// Shares of the variance of every parameter that the waveform decided.
+fn width_from(fit: &Fit, waveform: &WaveformFit) -> BTreeMap<String, BTreeMap<Origin, f64>> {
+    let mut shares: BTreeMap<String, BTreeMap<Origin, f64>> = BTreeMap::new();
+    if !waveform.decides() || !fit.verdict.explains() {
+        return shares;
+    }
+    for (origin, variance) in &waveform.origins {
+        for (d, parameter) in fit.parameters.iter().enumerate() {
+            let share = variance[d] / waveform.covariance[d][d];
+            *shares.entry(parameter.name.clone()).or_default().entry(*origin).or_default() += share;
+        }
+    }
+    shares
 }
 
 fn is_velocity(quantity: &Measurand) -> bool {

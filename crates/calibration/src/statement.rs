@@ -213,12 +213,14 @@ fn standing(fit: &Fit) -> String {
 
 /// Meaning of α with a recorded drive.
 pub(crate) fn recorded_drive(fit: &Fit) -> Option<String> {
-    let is_quoted = fit.verdict != Verdict::OutsideScatter && fit.parameters.iter().any(|it| it.name == "alpha");
-    is_quoted.then(|| {
-        "alpha is the drive at the first bead divided by the true motion of the horn: 1 if the sensitivities of both records are right and the horn's face \
-         moves as its recorded point. The record gives alpha × horn scale; the interval includes the uncertainty of the horn scale."
-            .to_owned()
-    })
+    let alpha = fit.estimates.iter().find(|estimate| estimate.name == "alpha");
+    let alpha = alpha.filter(|_| fit.verdict != Verdict::OutsideScatter)?;
+    let meaning = "alpha is the drive at the first bead divided by the true motion of the horn: 1 if the sensitivities of both records are right and the horn's \
+                   face moves as its recorded point. The record gives alpha × horn scale; the interval includes the uncertainty of the horn scale.";
+    let checks = " Since alpha is not 1, three checks tell why: point the vibrometer at the horn's face beside the first bead (a motion that differs from the recorded \
+                  point's is alpha itself); glue a bead to the horn and record it (what is left are the sensitivities); fit a second drive level (a coupling that \
+                  gives way changes alpha with the level, a sensitivity does not).";
+    Some([meaning, if (alpha.low..=alpha.high).contains(&1.0) { "" } else { checks }].concat())
 }
 
 /// Meaning of α without a horn record.

@@ -25,7 +25,9 @@ use crate::{
     feature::{Features, Measurand, Peaks, Window},
     measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
     report::{
-        calibration::{CalibrationReport, DensityMap, LawReport, PairMap, RecordReport, RunPoint, law_name},
+        calibration::{
+            CalibrationReport, DensityMap, LawReport, PairMap, RecordReport, RunPoint, law_name, named_number,
+        },
         number::significant,
     },
     scene::{ModelKind, Scene},
@@ -392,7 +394,17 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         let lead = if number == 0 { "  look at: " } else { "       or: " };
         let _ = writeln!(text, "{lead}{}", finding.text);
     }
-    for (key, feature) in leading(outcome) {
+    let named = outcome.named_numbers();
+    for number in &named {
+        let [of_record, simulated, difference, unit] = named_number(number);
+        let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
+        let _ = writeln!(
+            text,
+            "  {:<14} {measured} {of_record}{unit}, simulated {simulated}{unit}, difference {difference}",
+            number.name
+        );
+    }
+    for (key, feature) in leading(outcome).filter(|_| named.is_empty()) {
         let _ = writeln!(text, "  {key:<14} {}", feature_text(key, feature, measured));
     }
     let _ = writeln!(text, "  farthest off   {}; p = {}", farthest(outcome), significant(outcome.best.p_value, 2));

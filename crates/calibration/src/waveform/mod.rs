@@ -24,9 +24,12 @@ use argmin::core::Executor;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
-pub use self::residual::{Clock, Residual};
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
 pub(crate) use self::{columns::CLOCK, start::Start};
+pub use self::{
+    ensemble::Origin,
+    residual::{Clock, Residual},
+};
 use self::{
     record::RecordTrace,
     rounds::{Answer, LOST, Rounds},
@@ -84,6 +87,9 @@ pub struct WaveformFit {
     /// What is left of every record.
     #[serde(skip)]
     pub residuals: Vec<Residual>,
+    /// Variance of ln of every fitted parameter by where it comes from.
+    #[serde(skip)]
+    pub origins: Vec<(Origin, Vec<f64>)>,
     /// Pairs of the model above the chain, of every turn, and what a finer mesh changes of the features.
     #[serde(skip)]
     pub(crate) pairs: Vec<Vec<Pair>>,
@@ -351,7 +357,7 @@ pub(crate) fn bound(records: Vec<Compared>, at: &[f64], deviations: &[f64], seed
     let of = |factor: f64| {
         let mut solution = bound.clone();
         solution.covariance.iter_mut().flatten().for_each(|entry| *entry *= factor * factor);
-        fit_of(&rounds, Answer { solution, p: 1.0, residuals: vec![] })
+        fit_of(&rounds, Answer { solution, p: 1.0, residuals: vec![], origins: vec![] })
     };
     let (bound, expected) = (of(1.0).covariance, of(factor));
     Some(WaveformBound { bound, decides: expected.decides(), cycles: expected.cycles, expected: expected.covariance })
@@ -387,14 +393,29 @@ fn fit_of(rounds: &Rounds, answer: Answer) -> WaveformFit {
     let mut covariance: Vec<Vec<f64>> =
         solution.covariance[..dimension].iter().map(|row| row[..dimension].to_vec()).collect();
     let mut at = solution.at.clone();
+    let mut origins = answer.origins;
+    for (_, variance) in &mut origins {
+        variance.truncate(dimension);
+    }
+    let mut further = |origin: Origin, d: usize, variance: f64| {
+        let mut of = vec![0.0; dimension];
+        of[d] = variance;
+        if !origins.is_empty() && variance > 0.0 {
+            origins.push((origin, of));
+        }
+    };
     let product = sources.alpha().filter(|_| sources.shares_level()).map(|alpha| {
         let (mean, deviation) = level(forward.uncertainty());
         let product = covariance[alpha][alpha].sqrt();
         covariance[alpha][alpha] += deviation * deviation;
+        further(Origin::HornScale, alpha, deviation * deviation);
         at[alpha] -= mean;
         [mean, product]
     });
     let forces: Vec<usize> = (0..dimension).filter(|d| forward.parameters[*d].target.is_force()).collect();
+    for d in &forces {
+        further(Origin::Mass, *d, forward.uncertainty().mass.powi(2));
+    }
     for (a, b) in forces.iter().flat_map(|a| forces.iter().map(move |b| (*a, *b))) {
         covariance[a][b] += forward.uncertainty().mass.powi(2);
     }
@@ -422,6 +443,7 @@ fn fit_of(rounds: &Rounds, answer: Answer) -> WaveformFit {
         settled: rounds.settled,
         difference: sources.records[0].difference.clone(),
         residuals: answer.residuals,
+        origins,
         pairs: Vec::new(),
         mesh: sources.records[0].mesh.clone(),
     }

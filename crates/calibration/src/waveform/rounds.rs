@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{
-    ensemble::{Ensemble, Known, Placed, Solution, add, as_columns, solved},
+    ensemble::{Ensemble, Known, Origin, Placed, Solution, add, as_columns, solved},
     residual::Residual,
     source::{LEFT_STEADY, Sources},
     start::Start,
@@ -101,6 +101,8 @@ pub(super) struct Answer {
     pub solution: Solution,
     pub p: f64,
     pub residuals: Vec<Residual>,
+    /// Variance of ln of every parameter by its origin.
+    pub origins: Vec<(Origin, Vec<f64>)>,
 }
 
 impl Rounds {
@@ -388,11 +390,14 @@ impl Rounds {
         let p = ensemble.share_beyond(&known, &solution, &mut random)?;
         let shots = self.sources.alpha().filter(|_| self.sources.records() > 1 && self.sources.shares_level());
         let residuals = ensemble.residuals(&known, &solution, shots)?;
+        let mut origins = ensemble.origins(&known, &solution)?;
         // An error of the mesh that looks like a change of the parameters is seen by no residual.
         if let Some(by) = ensemble.by_mesh(&self.sources.without_mesh(), &solution) {
             add(&mut solution.covariance, |a, b| LEFT_STEADY * LEFT_STEADY * by[a] * by[b]);
+            let of_model = origins.iter_mut().filter(|(origin, _)| *origin == Origin::Model);
+            of_model.flat_map(|(_, of)| of.iter_mut().zip(&by)).for_each(|(of, by)| *of += (LEFT_STEADY * by).powi(2));
         }
-        Some(Answer { solution, p, residuals })
+        Some(Answer { solution, p, residuals, origins })
     }
 }
 

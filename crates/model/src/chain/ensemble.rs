@@ -22,7 +22,8 @@ use super::{
 use crate::{
     Estimate, ModelError,
     contact_law::{
-        ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, Terms, effective_modulus, for_terms, terms_of,
+        ALL_TERMS, Annulus, ElasticLaw, FiniteHertz, Hertz, HertzOnSpring, Law, Spring, Terms, effective_modulus,
+        for_terms, terms_of,
     },
     number::{Lane, Mask, Number, WIDTH},
     scene::{DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact, Integrator, PistonMotion, Scene, Support},
@@ -58,7 +59,54 @@ enum Last {
     Hertz,
     Annulus,
     Spring,
+    HertzOnSpring,
 }
+
+/// A contact on a spring, of every run.
+#[derive(Debug, Clone, Copy)]
+struct OnSpring {
+    /// k/K, m^(-1/2).
+    ratio: Lane,
+    /// c₁, m^(-1/2), and c₂, 1/m.
+    first: f64,
+    second: f64,
+}
+
+impl OnSpring {
+    fn new(law: &Law) -> Self {
+        let contact = if let Law::HertzOnSpring(law) = law { Some(law.contact) } else { None };
+        let (first, second) = contact.map_or((0.0, 0.0), |contact| (contact.first, contact.second));
+        Self { ratio: Lane::ZERO, first, second }
+    }
+
+    /// Force over k where contact and spring together have the overlap δ ≥ 0 (m), as [`HertzOnSpring`] has it.
+    #[inline(always)]
+    fn force(&self, overlap: Lane) -> Lane {
+        let mut root = overlap.root();
+        for _ in 0..ROOTS {
+            let force = self.of_root(root);
+            let bracket = root * (root * (5.0 * self.second) + 4.0 * self.first) + 3.0;
+            let slope = root * (self.ratio * root * bracket + 2.0);
+            let change = (root * root + self.ratio * force - overlap) / slope;
+            let change = change.or_where_not(root.above(Lane::ZERO), Lane::ZERO);
+            root = root - change;
+            if change.magnitude().within(root * ROOT_SETTLED).every() {
+                break;
+            }
+        }
+        self.of_root(root)
+    }
+
+    /// x³ (1 + c₁ x + c₂ x²).
+    #[inline(always)]
+    fn of_root(&self, root: Lane) -> Lane {
+        root * root * root * (root * (root * self.second + self.first) + 1.0)
+    }
+}
+
+/// Most steps of Newton's method for a contact on a spring, and the relative change at which they end: squared, it is below rounding.
+const ROOTS: usize = 60;
+const ROOT_SETTLED: f64 = 1e-8;
 
 /// Times the forces of coupled contacts are inserted into one another: leaves 2e-6 of the force where each insertion contracts to a
 /// hundredth (1 mm steel beads, 1 µm), far below the step's own error.
@@ -261,6 +309,7 @@ struct Work {
     damping: [Vec<Lane>; DampingTerm::ALL.len()],
     /// The annulus' law with a factor of 1.
     annulus: AnnulusLane,
+    on_spring: OnSpring,
     coupled: CoupledWork,
     /// Least force a pressed contact may have, N: 0, or −∞ where dashpots may pull.
     least_force: f64,
@@ -297,6 +346,7 @@ impl Work {
                 Law::Annulus(law) => law,
                 _ => Annulus::new(1.0),
             }),
+            on_spring: OnSpring::new(&ensemble.laws[beads]),
             coupled: CoupledWork {
                 rigid: contacts(),
                 overlap: contacts(),
@@ -336,8 +386,14 @@ impl Work {
                     Law::FiniteHertz(law) => Law::FiniteHertz(FiniteHertz { stiffness: factor * law.stiffness, ..law }),
                     Law::Annulus(annulus) => Law::Annulus(annulus.times(of_support)),
                     Law::Spring(spring) => Law::Spring(Spring { stiffness: of_support * spring.stiffness }),
-                    law @ Law::HertzOnSpring(_) => law,
+                    Law::HertzOnSpring(law) => Law::HertzOnSpring(HertzOnSpring {
+                        contact: FiniteHertz { stiffness: factor / of_support * law.contact.stiffness, ..law.contact },
+                        spring: of_support * law.spring,
+                    }),
                 };
+                if let Law::HertzOnSpring(law) = law {
+                    self.on_spring.ratio.0[place] = law.contact.stiffness / law.spring;
+                }
                 let gap = gap + variation.gap_offsets[contact];
                 let force = variation.precompression;
                 let coupled = ensemble.coupling.as_ref().map_or(0.0, |coupling| coupling.under(contact, force));
@@ -346,7 +402,7 @@ impl Work {
                     Law::Hertz(hertz) => hertz.stiffness,
                     Law::FiniteHertz(law) => law.stiffness,
                     Law::Spring(spring) => spring.stiffness,
-                    Law::HertzOnSpring(law) => law.stiffness,
+                    Law::HertzOnSpring(law) => law.contact.stiffness,
                     Law::Annulus(annulus) => annulus.stiffness_factor(),
                 };
                 let end = contact == 0 || contact == last;
@@ -381,8 +437,8 @@ impl Work {
 
     fn advance<const DAMPED: Terms>(&mut self, ensemble: &Ensemble) {
         let last = match ensemble.laws[self.beads] {
-            // One on a spring goes alone.
-            Law::Hertz(_) | Law::FiniteHertz(_) | Law::HertzOnSpring(_) => Last::Hertz,
+            Law::Hertz(_) | Law::FiniteHertz(_) => Last::Hertz,
+            Law::HertzOnSpring(_) => Last::HertzOnSpring,
             Law::Annulus(_) => Last::Annulus,
             Law::Spring(_) => Last::Spring,
         };
@@ -458,7 +514,7 @@ impl Work {
         let mut before_force = Lane::ZERO;
         if COUPLED {
             let u = if STAGE == 0 { &*u } else { &*stage_u };
-            self.coupled.settle(last, before.0, u, offset, stiffness, &self.annulus);
+            self.coupled.settle(last, before.0, u, offset, stiffness, (&self.annulus, &self.on_spring));
         }
         for i in 0..=beads {
             let after = match i {
@@ -477,6 +533,8 @@ impl Work {
                 stiffness[i] * self.annulus.force(pressed)
             } else if i == beads && last == Last::Spring {
                 stiffness[i] * pressed
+            } else if i == beads && last == Last::HertzOnSpring {
+                stiffness[i] * self.on_spring.force(pressed)
             } else {
                 stiffness[i] * pressed * pressed.root()
             };
@@ -533,7 +591,7 @@ impl CoupledWork {
         u: &[Lane],
         offset: &[Lane],
         stiffness: &[Lane],
-        annulus: &AnnulusLane,
+        (annulus, on_spring): (&AnnulusLane, &OnSpring),
     ) {
         let beads = u.len();
         let (rigid, overlap) = (&mut self.rigid[..=beads], &mut self.overlap[..=beads]);
@@ -554,6 +612,8 @@ impl CoupledWork {
                     stiffness[i] * annulus.force(pressed)
                 } else if i == beads && last == Last::Spring {
                     stiffness[i] * pressed
+                } else if i == beads && last == Last::HertzOnSpring {
+                    stiffness[i] * on_spring.force(pressed)
                 } else {
                     let root = pressed.root();
                     stiffness[i] * pressed * root * (root * first[i] + pressed * second[i] + 1.0)

@@ -6,7 +6,7 @@ use super::laws::{ContactLaws, need_law};
 use crate::{
     ModelError,
     contact_law::{
-        Annulus, ElasticLaw, FiniteHertz, Hertz, Law, Spring, bead_face_stiffness, bead_flat_stiffness,
+        Annulus, ElasticLaw, FiniteHertz, Hertz, HertzOnSpring, Law, Spring, bead_face_stiffness, bead_flat_stiffness,
         bead_pair_stiffness,
     },
     fea::{
@@ -39,7 +39,8 @@ const POINTS: usize = 160;
 /// is fitted by least squares of the relative error in F, k being Hertz' own. The coupling s_i of bead i is λᵀ V λ′/(F F′), the work that the pressure
 /// at one contact does on the displacement by the other.
 ///
-/// A half-space has no body; a bead on it keeps the law of Hertz, and a spring its own. A run may differ from the scene fitted to in all
+/// A half-space has no body; a bead on it keeps the law of Hertz. A spring carries a rigid flat, on which the last bead is pressed: its law is that of
+/// bead on flat in series with the spring. A run may differ from the scene fitted to in all
 /// that no body knows of: drive, α, damping, gaps, precompression, duration, factor of the annulus, stiffness of the spring. Plain data.
 ///
 /// ```
@@ -114,7 +115,9 @@ impl FiniteBodyLaws {
             let mut kinds = [arrangement.kind(contact), arrangement.kind(contact + 1)];
             // A law does not know which of its two bodies is nearer to the piston.
             kinds.sort_unstable();
-            let key = fitted_to_bodies(scene, contact).then_some(kinds);
+            // A flat at the support may stand on a spring.
+            let on_spring = contact == last && scene.support.spring().is_some();
+            let key = (fitted_to_bodies(scene, contact) && !on_spring).then_some(kinds);
             let index = match known.iter().position(|other| key.is_some() && *other == key) {
                 Some(index) => index,
                 None => {
@@ -185,7 +188,7 @@ impl FiniteBodyLaws {
         let support = match laws[contacts - 1] {
             Law::Annulus(law) => ring.map(|(_, factor, _)| Law::Annulus(law.unscaled().times(factor))),
             Law::Spring(_) => spring.map(|stiffness| Law::Spring(Spring { stiffness })),
-            Law::HertzOnSpring(_) => None,
+            Law::HertzOnSpring(law) => spring.map(|spring| Law::HertzOnSpring(HertzOnSpring { spring, ..law })),
             law @ (Law::Hertz(_) | Law::FiniteHertz(_)) => flat.filter(|_| spring.is_none()).map(|_| law),
         };
         let Some(support) = support else {
@@ -197,12 +200,11 @@ impl FiniteBodyLaws {
     }
 }
 
-/// Whether both bodies of a contact are meshed or rigid: not so a half-space and a spring.
+/// Whether both bodies of a contact are meshed or rigid: not so a half-space.
 fn fitted_to_bodies(scene: &Scene, contact: usize) -> bool {
     let half_space = FlatContact::HalfSpace;
     let at_support = contact == scene.chain.beads.len();
-    !(contact == 0 && scene.piston == half_space
-        || at_support && (scene.support.flat() == Some(half_space) || scene.support.spring().is_some()))
+    !(contact == 0 && scene.piston == half_space || at_support && scene.support.flat() == Some(half_space))
 }
 
 fn fit_contact(
@@ -231,8 +233,7 @@ fn fit_contact(
     let face = if contact == 0 { scene.piston_face() } else { Some(&touching.material) };
     let half_space = |bead| unfitted(Law::Hertz(Hertz { stiffness: bead_face_stiffness(bead, face) }));
     if !fitted_to_bodies(scene, contact) {
-        let spring = scene.support.spring().filter(|_| contact == last);
-        return spring.map_or_else(|| half_space(touching), |stiffness| unfitted(Law::Spring(Spring { stiffness })));
+        return half_space(touching);
     }
     let pair = &arrangement.pairs[arrangement.contacts[contact]];
     let (law, points) = if pair.ring.is_some() {
@@ -249,7 +250,12 @@ fn fit_contact(
         let patch = pair.positions.last().copied().unwrap_or(0.0);
         let approach = |part: f64| (part * patch).powi(2) / radius;
         let points = press(statics, pair, contact, (approach(CONTACT_RADII.0), approach(CONTACT_RADII.1)))?;
-        (fit_spheres(stiffness, &points).map(Law::FiniteHertz), points)
+        let spring = scene.support.spring().filter(|_| contact == last);
+        let law = |contact| match spring {
+            Some(spring) => Law::HertzOnSpring(HertzOnSpring { contact, spring }),
+            None => Law::FiniteHertz(contact),
+        };
+        (fit_spheres(stiffness, &points).map(law), points)
     };
     let Some(law) = law else {
         let reason = format!(
@@ -259,7 +265,11 @@ fn fit_contact(
         return Err(ModelError::Unsupported { model: "chain", reason });
     };
     tally::add(|made| made.fitted_laws += 1);
-    let quality = Some(quality(&law, &points));
+    let pressed = match law {
+        Law::HertzOnSpring(law) => Law::FiniteHertz(law.contact),
+        law => law,
+    };
+    let quality = Some(quality(&pressed, &points));
     Ok(ContactFit { between, law, quality })
 }
 

@@ -20,34 +20,35 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dashpot, ElasticLaw, Hertz, Law, effective_modulus, hertz_stiffness};
+use super::{Dashpot, ElasticLaw, FiniteHertz, Hertz, Law, effective_modulus, hertz_stiffness};
 use crate::scene::{Bead, DampingTerm, Material, Support};
 
-/// Hertz' contact in series with a linear spring.
+/// The contact of a bead, by Hertz or of a finite body, in series with a linear spring: δ = δ_contact(F) + F/K.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HertzOnSpring {
-    /// k, N·m^(-3/2).
-    #[serde(rename = "stiffness_n_per_m1.5")]
-    pub stiffness: f64,
+    #[serde(flatten)]
+    pub contact: FiniteHertz,
     /// K, N/m.
     #[serde(rename = "spring_n_per_m")]
     pub spring: f64,
 }
 
 impl HertzOnSpring {
-    /// √ of the Hertz part of an overlap (m): the root of x² + (k/K) x³ = δ, m^½.
-    fn root(&self, overlap: f64) -> f64 {
-        let ratio = self.stiffness / self.spring;
+    /// The overlap of the contact (m) where both together have `overlap` (m): x² with x² + (k/K) x³ (1 + c₁ x + c₂ x²) = δ.
+    fn of_contact(&self, overlap: f64) -> f64 {
+        let FiniteHertz { stiffness, first, second } = self.contact;
+        let ratio = stiffness / self.spring;
         // Newton from above both limits, √δ and (δ K/k)^(1/3): convex and increasing, so it falls monotonically.
         let mut root = overlap.sqrt().min(libm::cbrt(overlap / ratio));
         for _ in 0..60 {
-            let change = (root * root * (1.0 + ratio * root) - overlap) / (root * (2.0 + 3.0 * ratio * root));
+            let beside = root * root * (1.0 + ratio * root * (1.0 + root * (first + root * second))) - overlap;
+            let change = beside / (root * (2.0 + ratio * root * (3.0 + root * (4.0 * first + root * 5.0 * second))));
             root -= change;
             if change.abs() <= 1e-15 * root {
                 break;
             }
         }
-        root
+        root * root
     }
 }
 
@@ -55,27 +56,27 @@ impl ElasticLaw for HertzOnSpring {
     const IS_HERTZ: bool = false;
 
     fn force(&self, overlap: f64) -> f64 {
-        if overlap > 0.0 { self.stiffness * self.root(overlap).powi(3) } else { 0.0 }
+        if overlap > 0.0 { self.contact.force(self.of_contact(overlap)) } else { 0.0 }
     }
 
     fn tangent_stiffness(&self, overlap: f64) -> f64 {
         if !(overlap > 0.0) {
             return 0.0;
         }
-        let hertz = 1.5 * self.stiffness * self.root(overlap);
-        hertz * self.spring / (hertz + self.spring)
+        let contact = self.contact.tangent_stiffness(self.of_contact(overlap));
+        contact * self.spring / (contact + self.spring)
     }
 
     fn energy(&self, overlap: f64) -> f64 {
         if !(overlap > 0.0) {
             return 0.0;
         }
-        let root = self.root(overlap);
-        0.4 * self.stiffness * root.powi(5) + 0.5 * (self.stiffness * root.powi(3)).powi(2) / self.spring
+        let of_contact = self.of_contact(overlap);
+        self.contact.energy(of_contact) + 0.5 * self.contact.force(of_contact).powi(2) / self.spring
     }
 
     fn overlap(&self, force: f64) -> f64 {
-        Hertz { stiffness: self.stiffness }.overlap(force) + force.max(0.0) / self.spring
+        self.contact.overlap(force) + force.max(0.0) / self.spring
     }
 }
 
@@ -116,7 +117,8 @@ pub(crate) fn foundation(bead: &Bead, support: &Support) -> Option<(Law, Dashpot
             let of = &plate.material;
             let bending = of.youngs_modulus * plate.thickness.powi(3) / (12.0 * (1.0 - of.poissons_ratio.powi(2)));
             let spring = plate_on_half_space(bending, plane_modulus);
-            let law = HertzOnSpring { stiffness: hertz(of).1, spring };
+            let contact = FiniteHertz { stiffness: hertz(of).1, first: 0.0, second: 0.0 };
+            let law = HertzOnSpring { contact, spring };
             (Law::HertzOnSpring(law), (DampingTerm::Linear, 2.0 / 3.0 * spring * loss_time))
         }
     };

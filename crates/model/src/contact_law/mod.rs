@@ -159,7 +159,14 @@ mod tests {
             Law::Annulus(Annulus::new(0.7)),
             Law::Annulus(Annulus::fitted(1.3e-6, 0.2e-6).times(1.2)),
             Law::Spring(Spring { stiffness: 1e6 }),
-            Law::HertzOnSpring(HertzOnSpring { stiffness: 2.3e9, spring: 1e6 }),
+            Law::HertzOnSpring(HertzOnSpring {
+                contact: FiniteHertz { stiffness: 2.3e9, first: 0.0, second: 0.0 },
+                spring: 1e6,
+            }),
+            Law::HertzOnSpring(HertzOnSpring {
+                contact: FiniteHertz { stiffness: 3.3e9, first: 25.0, second: 2.4e3 },
+                spring: 1e7,
+            }),
         ];
         for law in laws {
             for overlap in [1e-8, 1e-6, 5e-6, 3e-5] {

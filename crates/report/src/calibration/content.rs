@@ -24,6 +24,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     let mut blocks = Vec::new();
     blocks.extend(undecided(report, &laws).or_else(|| laws.first().map(|law| headline(report, law))));
     blocks.extend(Block::noticed(&lead.record_notes));
+    blocks.extend(table::named_numbers(report).map(Block::Table));
     // What a reader wants to see first stands first, and once.
     let mut traces = figures::traces(report, lead).into_iter();
     blocks.push(Block::Plates(traces.by_ref().take(1).collect()));
@@ -35,6 +36,11 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.extend(Block::listed(heading, outcome.diagnosis.iter().map(|it| capitalised(&it.text)).collect()));
     } else if lead.recorded.is_some() && laws.first().is_some_and(|law| law.fit.verdict == Verdict::OutsideScatter) {
         blocks.push(Block::Paragraph(NO_CAUSE.into()));
+    }
+    if let Some((widths, sentences)) = laws.first().and_then(table::widths) {
+        blocks.push(Block::Heading("Where the width of the intervals comes from".into()));
+        blocks.push(Block::List(sentences));
+        blocks.push(Block::Table(widths));
     }
     if let Some(law) = laws.first() {
         section(&mut blocks, "What decided", Some(decided(law)), figures::pulls(law, &report.records));

@@ -13,7 +13,7 @@ use crate::{
 };
 use granchain_signal::{
     Series,
-    feature::{Measurand, Window, amplitude_spectrum},
+    feature::{AmplitudeSpectrum, Measurand, Window, amplitude_spectrum},
 };
 
 fn quantity(measurand: Measurand) -> Axis {
@@ -118,7 +118,14 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     let start = main.start;
     let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
     let whole = overlay(Axis::time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
+    let near = Spectra::of(record).near(report);
+    let columns = 1 + usize::from(near.is_some());
     let mut caption = format!("{both}: the whole record.");
+    if near.is_some() {
+        caption.push_str(
+            " Right: amplitude spectra over the analysis window; names above the frame are fractions and multiples of the drive frequency.",
+        );
+    }
     if !record.masked.is_empty() {
         caption.push_str(" Shaded: masked samples, bridged in both.");
     }
@@ -127,6 +134,7 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         caption.push_str(found);
     }
     let mut panels = vec![whole];
+    panels.extend(near);
     if !record.residual.is_empty() {
         caption.push_str(
             " Below: the difference record − simulation in the compared part. If the model is right, 90 % of it lies in the band, which includes noise \
@@ -134,7 +142,7 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         );
         panels.push(residual(record, Axis::time().range(start, end), quantity(measurand)));
     }
-    let whole = Figure { panels, ..Figure::new(caption).sized(PAGE_WIDTH_MM, 1) };
+    let whole = Figure { panels, ..Figure::new(caption).sized(PAGE_WIDTH_MM, columns) };
 
     let onset = onset(main);
     let ring_up = (onset - period).max(start);
@@ -189,55 +197,65 @@ fn onset(series: &Series) -> f64 {
     series.values.iter().position(|value| value.abs() >= level).map_or(series.start, |index| series.time(index))
 }
 
-/// Spectra of both traces over the analysis window: absolute around the drive, in dB up to the usable band.
+/// Spectra of record and simulation over the analysis window, each with its sample rate, Hz.
+struct Spectra<'a> {
+    record: &'a RecordReport,
+    recorded: Option<(AmplitudeSpectrum, f64)>,
+    simulated: Option<(AmplitudeSpectrum, f64)>,
+}
+
+impl<'a> Spectra<'a> {
+    fn of(record: &'a RecordReport) -> Self {
+        let spectrum = |series: &Option<Series>| {
+            let series = series.as_ref()?;
+            let window = record.window.unwrap_or(Window::whole(series));
+            amplitude_spectrum(series, window).ok().map(|spectrum| (spectrum, series.sample_rate()))
+        };
+        Self { record, recorded: spectrum(&record.recorded), simulated: spectrum(&record.simulated) }
+    }
+
+    fn curves(&self) -> Vec<SpectrumCurve<'_>> {
+        let recorded = self.recorded.iter().map(|(of, _)| (self.record.record_label.clone(), of, RECORDED));
+        let simulated = self.simulated.iter().map(|(of, _)| ("simulated".to_owned(), of, SIMULATED));
+        let curves = recorded.chain(simulated);
+        curves.map(|(label, spectrum, stroke)| SpectrumCurve { label, spectrum, stroke }).collect()
+    }
+
+    fn main(&self) -> Option<&(AmplitudeSpectrum, f64)> {
+        self.recorded.as_ref().or(self.simulated.as_ref())
+    }
+
+    /// Amplitudes up to four times the drive.
+    fn near(&self, report: &CalibrationReport) -> Option<Panel> {
+        let (_, rate) = self.main()?;
+        let (name, unit) = match report.outcome.quantity {
+            Measurand::Velocity => ("Velocity amplitude", "m/s"),
+            Measurand::Pressure => ("Pressure amplitude", "Pa"),
+        };
+        let drive = report.drive_frequency;
+        Some(amplitude_panel(&self.curves(), name, unit, drive, (4.3 * drive).min(0.5 * rate)).height(48.0))
+    }
+}
+
+/// Spectra of both traces over the analysis window, in dB up to the usable band.
 pub(super) fn spectra(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
-    let measurand = report.outcome.quantity;
-    let spectrum = |series: &Option<Series>| {
-        let series = series.as_ref()?;
-        let window = record.window.unwrap_or(Window::whole(series));
-        amplitude_spectrum(series, window).ok().map(|spectrum| (spectrum, series.sample_rate()))
-    };
-    let (recorded, simulated) = (spectrum(&record.recorded), spectrum(&record.simulated));
-    let curves = || {
-        let recorded = recorded.iter().map(|(spectrum, _)| SpectrumCurve {
-            label: record.record_label.clone(),
-            spectrum,
-            stroke: RECORDED,
-        });
-        let simulated = simulated.iter().map(|(spectrum, _)| SpectrumCurve {
-            label: "simulated".into(),
-            spectrum,
-            stroke: SIMULATED,
-        });
-        recorded.chain(simulated).collect::<Vec<_>>()
-    };
-    let Some((main, rate)) = recorded.as_ref().or(simulated.as_ref()) else { return Vec::new() };
+    let spectra = Spectra::of(record);
+    let Some((main, rate)) = spectra.main() else { return Vec::new() };
     let drive = report.drive_frequency;
-    let near = (4.3 * drive).min(0.5 * rate);
-    let far = (0.4 * rate).min(1.25e6).max(near);
+    let far = (0.4 * rate).min(1.25e6).max((4.3 * drive).min(0.5 * rate));
     let index = (drive / main.step_hz).round() as usize;
     let reference = main.amplitudes.get(index).copied().filter(|amplitude| *amplitude > 0.0);
-    let amplitude = match measurand {
-        Measurand::Velocity => "Velocity amplitude",
-        Measurand::Pressure => "Pressure amplitude",
-    };
-    let near = Figure::new(
-        "Amplitude spectra over the analysis window; names above the frame are fractions and multiples of the drive frequency.",
-    )
-    .panel(amplitude_panel(&curves(), amplitude, measurand.unit(), drive, near).height(48.0));
-    let mut plates = vec![Plate::new("spectrum", near)];
-    if let Some(reference) = reference {
-        let of = if recorded.is_some() { "record's" } else { "simulated" };
-        let title =
-            format!("The same spectra up to the bandwidth, in dB relative to the {of} line at the drive frequency.");
-        let mut curves = curves();
-        for curve in &mut curves {
-            curve.stroke = curve.stroke.width(0.6);
-        }
-        let far = Figure::new(title).panel(level_panel(&curves, (reference, "drive line"), drive, far).height(48.0));
-        plates.push(Plate::new("spectrum-wide", far));
+    let Some(reference) = reference else { return Vec::new() };
+    let of = if spectra.recorded.is_some() { "record's" } else { "simulated" };
+    let title = format!(
+        "Amplitude spectra over the analysis window up to the bandwidth, in dB relative to the {of} line at the drive frequency."
+    );
+    let mut curves = spectra.curves();
+    for curve in &mut curves {
+        curve.stroke = curve.stroke.width(0.6);
     }
-    plates
+    let far = Figure::new(title).panel(level_panel(&curves, (reference, "drive line"), drive, far).height(48.0));
+    vec![Plate::new("spectrum", far)]
 }
 
 pub(super) fn axis(estimate: &Estimate) -> Axis {

@@ -19,6 +19,7 @@ pub use bench::{BenchReport, BenchRow, DrawnSupport};
 pub use granchain_calibration::fit::Verdict;
 pub use input::{CalibrationReport, DensityMap, LawReport, PairMap, RecordReport, RunPoint};
 pub use shown::law_name;
+pub use table::named_number;
 
 impl CalibrationReport {
     /// `report.html`, `report.md`, the figures, `report.json` (this data) and the tables as CSV.

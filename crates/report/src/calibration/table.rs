@@ -1,5 +1,7 @@
 //! The tables of a calibration, for people and as CSV.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::{
     CalibrationReport, LawReport, RecordReport,
     shown::{Estimate, Law, estimates, law_name},
@@ -7,9 +9,12 @@ use super::{
 use crate::{
     number::{short, significant, to_uncertainty, unit, with_interval},
     page::{Column, Files, ReportError, Table, csv_bytes},
-    sweep::shown_unit,
+    sweep::{capitalised, shown_unit},
 };
-use granchain_calibration::outcome::OutcomeFeature;
+use granchain_calibration::{
+    outcome::{NamedNumber, OutcomeFeature},
+    waveform::Origin,
+};
 use granchain_signal::feature::Measurand;
 
 const NOTHING: &str = "–";
@@ -17,6 +22,89 @@ const NOTHING: &str = "–";
 /// As [`shown_unit`]; a pressure here is sound.
 fn sound_unit(unit: &str) -> (f64, &str) {
     if unit == "Pa" { (1e-3, "kPa") } else { shown_unit(unit) }
+}
+
+/// The numbers named first, as they are printed: record, simulation ± standard deviation, difference, and their unit.
+pub fn named_number(number: &NamedNumber) -> [String; 4] {
+    let (factor, unit) = sound_unit(number.unit);
+    let [measured, simulated, deviation] =
+        [number.measured, number.simulated, number.deviation].map(|value| factor * value);
+    let least = deviation.max(1e-3 * simulated.abs());
+    [
+        to_uncertainty(measured, least),
+        format!("{} ± {}", to_uncertainty(simulated, least), significant(deviation, 2)),
+        format!("{:+.1} %", 100.0 * number.difference()).replace('-', "−"),
+        if unit == "1" { String::new() } else { unit.to_owned() },
+    ]
+}
+
+/// Peaks and ratios of record and simulation.
+pub(super) fn named_numbers(report: &CalibrationReport) -> Option<Table> {
+    let rows: Vec<Vec<String>> = report
+        .outcome
+        .named_numbers()
+        .iter()
+        .map(|number| {
+            let [measured, simulated, difference, unit] = named_number(number);
+            vec![capitalised(number.name), measured, simulated, difference, unit]
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Table {
+        caption: "Peaks over the whole response after the onset; lines at 1/3 and 2/3 of the drive frequency over the line at the drive frequency, in \
+                  the analysis window. ±: standard deviation between runs."
+            .into(),
+        columns: vec![
+            Column::words("Velocity of the last bead"),
+            Column::numbers(report.lead().record_label.clone()),
+            Column::numbers("simulated"),
+            Column::numbers("difference"),
+            Column::words("unit"),
+        ],
+        rows,
+    })
+}
+
+/// Least share of a variance that is listed, and from which it is called the largest part.
+const LISTED: f64 = 0.005;
+const LARGEST: f64 = 0.3;
+
+/// Where the width of each interval comes from, as bars, and what would narrow it; nothing without a fit by the waveform.
+pub(super) fn widths(law: &Law<'_>) -> Option<(Table, Vec<String>)> {
+    let from = &law.fit.waveform.as_ref()?.width_from;
+    let of = |key: &String| from.get(key).cloned().unwrap_or_default();
+    let shares: Vec<BTreeMap<Origin, f64>> = law.drawn.parameters.iter().map(of).collect();
+    let origins: BTreeSet<Origin> = shares.iter().flat_map(BTreeMap::keys).copied().collect();
+    let bar = |share: f64| format!("{} {:.0} %", "█".repeat((20.0 * share).round() as usize), 100.0 * share);
+    let listed = origins.iter().filter(|origin| shares.iter().any(|of| of.get(origin).is_some_and(|it| *it > LISTED)));
+    let rows: Vec<Vec<String>> = listed
+        .map(|origin| {
+            let share = |of: &BTreeMap<Origin, f64>| bar(of.get(origin).copied().unwrap_or(0.0));
+            let bars = shares.iter().map(share);
+            [origin.words().to_owned()].into_iter().chain(bars).chain([origin.remedy().to_owned()]).collect()
+        })
+        .collect();
+    let sentence = |(parameter, of): (&Estimate, &BTreeMap<Origin, f64>)| {
+        let (origin, share) = of.iter().max_by(|a, b| a.1.total_cmp(b.1)).filter(|(_, share)| **share > LARGEST)?;
+        let half = 50.0 * (parameter.high? / parameter.low?).ln();
+        let without = half * (1.0 - share).max(0.0).sqrt();
+        Some(format!(
+            "{} is known to ± {} %; without the part of {} it would be ± {} %. What narrows it: {}.",
+            capitalised(parameter.name),
+            significant(half, 2),
+            origin.words(),
+            significant(without, 2),
+            origin.remedy()
+        ))
+    };
+    let sentences = law.parameters.iter().zip(&shares).filter_map(sentence).collect();
+    let columns = [Column::words("Where the width comes from")].into_iter();
+    let columns = columns.chain(law.parameters.iter().map(|it| Column::words(it.symbol)));
+    let table = Table {
+        caption: "Shares of the variance of each fitted value.".into(),
+        columns: columns.chain([Column::words("what narrows it")]).collect(),
+        rows,
+    };
+    (!table.rows.is_empty()).then_some((table, sentences))
 }
 
 /// The features that the fit compared, of record `number`: recorded, expected by the model at the answer, and what decided.
