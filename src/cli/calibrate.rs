@@ -6,7 +6,6 @@ mod alpha_sweep;
 mod bench;
 pub(super) mod definition;
 pub mod files;
-pub mod impact;
 pub(super) mod manifest;
 mod page;
 
@@ -75,7 +74,7 @@ pub struct Arguments {
     /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap (scale
     /// of a half-normal distribution), drive (half-width of a uniform one), and as standard deviations gap_scale, baseline, sensitivity, precompression,
     /// support_stiffness, modulus, mass [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
-    /// modulus=0.012, mass=0.012, baseline: estimated from the horn-tip record; of hits of a striker: drive=0.05, modulus=0.004]
+    /// modulus=0.012, mass=0.012, baseline: estimated from the horn-tip record]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
     /// Number of runs for each damping law [default: 600; 1800 for three or more parameters; 1200 for several records. The intervals were tested with
@@ -140,9 +139,6 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
     let typed = manifest::typed(super::typed().skip(1));
-    if let Some(job) = impact::prepare(&arguments, &typed, &InMemory::default())? {
-        return impact::execute(&job, &arguments, timing);
-    }
     let job = prepare(arguments, typed, &InMemory::default())?;
     session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
     session.warn(job.problem.warnings());

@@ -2,7 +2,6 @@
 //! the truth, how many right models are called wrong, how many wrong ones are named.
 
 mod bench;
-mod impact;
 mod plan;
 
 use std::{
@@ -51,7 +50,7 @@ const COUNT: u64 = 8;
                   granchain coverage --plan plan.toml --vary drive=0.4:1.6:0.4")]
 pub struct Arguments {
     /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; names such as
-    /// pretrigger,bits (an unknown name lists all); or `impact` alone [default: right]
+    /// pretrigger,bits (an unknown name lists all) [default: right]
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
     pub scenario: Vec<String>,
     /// Recorded quantity, without --scenario only; for a pressure every mount of the disc is fitted [default: velocity]
@@ -129,9 +128,6 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     if let Some(path) = arguments.plan.clone() {
         return plan::Study::new(&path, arguments, session.clone(), super::typed().skip(1))?.run_here();
     }
-    if is_impact(&arguments) {
-        return impact::Study::new(arguments, session.clone())?.run_here();
-    }
     Study::new(arguments, session.clone())?.run_here(keep_records)
 }
 
@@ -143,13 +139,8 @@ pub(super) fn divisible(
 ) -> anyhow::Result<Box<dyn Divisible>> {
     Ok(match arguments.plan.clone() {
         Some(path) => Box::new(plan::Study::new(&path, arguments, session, typed.iter().cloned())?),
-        None if is_impact(&arguments) => Box::new(impact::Study::new(arguments, session)?),
         None => Box::new(Study::new(arguments, session)?),
     })
-}
-
-fn is_impact(arguments: &Arguments) -> bool {
-    arguments.scenario.iter().any(|name| name.trim() == impact::NAME)
 }
 
 /// The scenarios that `all`, `right`, `wrong` and names stand for, each once, in the order of the table.
@@ -159,17 +150,15 @@ fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
     for name in names {
         match name.trim() {
             "all" => chosen.extend(&all),
+            "impact" => {
+                return Err(usage("--scenario impact is gone; instead of it write `granchain-impact coverage`"));
+            }
             "right" => chosen.extend(all.iter().filter(|condition| condition.expected().is_none())),
             "wrong" => chosen.extend(all.iter().filter(|condition| condition.expected().is_some())),
             name => chosen.push(Condition::named(name).ok_or_else(|| {
                 let known = || all.iter().map(|condition| condition.name());
                 let remedy = closest(name, known()).map_or_else(
-                    || {
-                        format!(
-                            "expected all, right, wrong, impact or some of {}",
-                            known().collect::<Vec<_>>().join(", ")
-                        )
-                    },
+                    || format!("expected all, right, wrong or some of {}", known().collect::<Vec<_>>().join(", ")),
                     |near| format!("did you mean `{near}`?"),
                 );
                 usage(format!("--scenario: unknown scenario `{name}`; {remedy}"))

@@ -15,7 +15,7 @@ use crate::{
         drive::RecordedDrive,
     },
     measurement::{Baseline, ReadOptions, Reading, RecordKind},
-    scene::{ModelKind, SceneError},
+    scene::{ModelKind, Scene, SceneError},
     study::Grid,
 };
 
@@ -126,6 +126,9 @@ fn assemble(
             BenchError::Drive(error) => error.into(),
             error => error.into(),
         })?;
+    if fitted {
+        refuse_hits(&bench.text.load(&bench.overrides, preferred)?.scene)?;
+    }
     if let (Some(calibrated), Some(drive)) = (calibration.and_then(|it| it.drive.as_ref()), &bench.drive)
         && drive.input.sha256 != calibrated.input.sha256
     {
@@ -157,6 +160,17 @@ pub fn agree_on_model(bench: &mut Bench, points: impl Iterator<Item = Vec<String
         bench.preferred = ModelKind::Chain;
         let point = point.join(", ");
         bench.assumptions.push(format!("`model.kind` is not given; taken as chain everywhere, since {point} needs it"));
+    }
+}
+
+/// Hits of a striker are fitted by a program of their own.
+pub fn refuse_hits(scene: &Scene) -> anyhow::Result<()> {
+    match scene.drive.kind.striker() {
+        Some(_) => Err(usage(format!(
+            "scene `{}` is hit by a striker: fit its hits with `granchain-impact fit FILES --scene SCENE` (docs/impact.md)",
+            scene.name
+        ))),
+        None => Ok(()),
     }
 }
 

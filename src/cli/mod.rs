@@ -108,9 +108,7 @@ const MODEL_OF_CALIBRATE: &str =
 
 fn fit_of_calibrate() -> String {
     let names = Parameter::names().join(", ");
-    format!(
-        "Parameters to fit; the others keep the scene's value. Names: {names} [default: alpha,damping; for impacts support_modulus,support_loss]"
-    )
+    format!("Parameters to fit; the others keep the scene's value. Names: {names} [default: alpha,damping]")
 }
 
 /// The command line, with session flags listed once.

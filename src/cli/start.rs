@@ -1,7 +1,6 @@
 //! `granchain start`: from the files of a laboratory to a plan with every open choice in it.
 
 mod ask;
-mod impact;
 mod unread;
 
 use std::{
@@ -18,6 +17,7 @@ use self::{ask::Ask, unread::is_named_horn};
 use super::{
     Outcome,
     arguments::{Session, usage},
+    experiment::refuse_hits,
     inspect, mesh,
     output::{publishing, refuse_existing, write_new},
     program,
@@ -41,7 +41,7 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Bead (or hydrophone) and horn records, in any order; one file with both; or striker hits. If no file is given and a terminal is
+    /// Bead (or hydrophone) and horn records, in any order; one file with both. If no file is given and a terminal is
     /// attached, the program asks for the files
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
@@ -114,16 +114,16 @@ struct Files {
 }
 
 fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::Result<Outcome> {
-    if let Some(done) = impact::begin(arguments, session)? {
-        return Ok(done);
-    }
+    let load = |name: &str| scene::load_preferring(name, &arguments.set, ModelKind::Reduced);
+    let named = arguments.scene.as_deref().map(load).transpose()?;
+    named.iter().try_for_each(|named| refuse_hits(&named.scene))?;
     let picture = arguments.out.with_extension("png");
     [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path, OUT))?;
     let files = read(arguments)?;
     let Files { bead, horn, .. } = &files;
     let usual = if bead.kind == RecordKind::Hydrophone { "water" } else { "annulus" };
     let name = arguments.scene.as_deref().unwrap_or(usual);
-    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
+    let loaded = named.map_or_else(|| load(usual), Ok)?;
     let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
     let drawn = mesh::picture(&loaded.scene);
     // Both files or none.
@@ -289,12 +289,12 @@ const CLEARLY: f64 = 0.1;
 /// Scene keys that say what stands on a bench.
 const OF_THE_BENCH: [&str; 6] = ["chain.", "piston.", "support.", "disc.", "water.", "vibrometer."];
 
-/// The lines of `set`: what is stated, and every other key of these tables as a comment.
-fn open_settings(stated: &[String], scene: &Scene, tables: &[&str]) -> String {
+/// The lines of `set`: what is stated, and every other key of the bench as a comment.
+fn open_settings(stated: &[String], scene: &Scene) -> String {
     let mut lines: Vec<String> = stated.iter().map(|set| format!("    {},\n", toml_text(set))).collect();
     let own: Vec<&str> = stated.iter().filter_map(|set| Some(set.split_once('=')?.0.trim())).collect();
     for setting in scene.settings() {
-        if tables.iter().any(|table| setting.key.starts_with(table)) && !own.contains(&setting.key.as_str()) {
+        if OF_THE_BENCH.iter().any(|table| setting.key.starts_with(table)) && !own.contains(&setting.key.as_str()) {
             let value = setting.value.to_toml();
             let value = value.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(&value);
             lines.push(format!("    # '{}={value}', # {}\n", setting.key, setting.meaning));
@@ -332,7 +332,7 @@ fn definition(
     let drive_reading = channel("drive.reading", flags::<DriveReadArguments>(words, "drive-"), "'2 um/V'", "'0 s'");
     let bench = arguments.reading.bench.as_ref();
     let bench = bench.map_or_else(String::new, |bench| format!("bench = {}\n", place(arguments, bench)));
-    let settings = open_settings(&arguments.set, scene, &OF_THE_BENCH);
+    let settings = open_settings(&arguments.set, scene);
     let others = Parameter::names().into_iter().filter(|name| !["alpha", "damping"].contains(name));
     let others = others.collect::<Vec<_>>().join(", ");
     let damping = match scene.damping.kind {

@@ -188,11 +188,6 @@ fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<Stored> 
     let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
     let Line { arguments } = Line::try_parse_from(line)
         .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
-    if let Some(mut job) = calibrate::impact::prepare(&arguments, &manifest.arguments, &InMemory::default())? {
-        job.program.clone_from(&manifest.program);
-        let (_, files) = calibrate::impact::made(&job, &super::interrupt::requested, &mut Timing::start())?;
-        return Ok(files.into_iter().map(|(name, bytes)| (name.display().to_string(), bytes)).collect());
-    }
     let mut job = calibrate::prepare(arguments, manifest.arguments.clone(), &InMemory::default())?;
     job.program.clone_from(&manifest.program);
     let session = Session { json: false, ..session.clone() };

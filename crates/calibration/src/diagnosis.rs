@@ -104,22 +104,14 @@ pub enum Cause {
     Ends,
     /// The face of the horn, of another material than the beads.
     HornFace,
-    /// The stiffness of the support; of a column that is struck, modulus or loss of its foundation.
+    /// The stiffness of the support.
     Support,
-    /// A plate on the foundation.
-    Plate,
-    /// Velocity of the striker.
-    Velocity,
-    /// What the force sensor in a bead reads.
-    Sensor,
-    /// Losses in the contacts of the beads.
-    ContactLoss,
     /// The gap before the first bead, or rough contacts.
     Gap,
     /// Friction in the bead guide.
     Friction,
     DampingLaw,
-    /// The clock of the vibrometer against the horn's, or the time between the samples of a force sensor.
+    /// The clock of the vibrometer against the horn's.
     Clock,
     /// The record is an average of several shots.
     Averages,
@@ -127,7 +119,7 @@ pub enum Cause {
     Record,
 }
 
-/// A cause that explains a record, or hits of a striker.
+/// A cause that explains a record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     pub cause: Cause,
@@ -499,13 +491,9 @@ impl Cause {
             Self::Ends => "the faces",
             Self::HornFace => "the horn's face",
             Self::Support => "the support",
-            Self::Plate => "a plate",
-            Self::Velocity => "the striker's velocity",
-            Self::ContactLoss => "losses in the contacts",
             Self::Gap => "a gap or roughness",
             Self::Friction => "friction in the guide",
             Self::DampingLaw => "the damping law",
-            Self::Sensor => "the sensor's reading",
             Self::Clock => "the clock",
             Self::Averages => "a mean of several shots",
             Self::Record => "the record",

@@ -21,7 +21,6 @@ pub mod fit;
 mod fitted;
 pub mod forward;
 pub mod frame;
-pub mod impact;
 pub mod ladder;
 pub mod likelihood;
 pub mod measured;

@@ -502,12 +502,8 @@ pub(crate) fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
 
 /// Failure messages and their counts; numbers in them are removed so that equal messages merge.
 pub(crate) fn failures(fit: &Fit) -> BTreeMap<String, u64> {
-    failures_of(fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()))
-}
-
-pub(crate) fn failures_of<'a>(reasons: impl Iterator<Item = &'a String>) -> BTreeMap<String, u64> {
     let mut counted = BTreeMap::new();
-    for reason in reasons {
+    for reason in fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()) {
         *counted.entry(without_numbers(reason)).or_insert(0) += 1;
     }
     counted

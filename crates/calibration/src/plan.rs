@@ -185,9 +185,6 @@ pub struct RecordPlan {
     /// Overrides of its scene, applied after the plan's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
-    /// Of hits of a striker, the name of the set-up of the column they belong to, where there are several.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub set_up: Option<String>,
     /// Line of the plan where it begins, from 1.
     #[serde(skip)]
     pub line: usize,

@@ -92,8 +92,6 @@ pub enum Contradiction {
     UpperBeforeDisc { model: &'static str },
     #[error("[uncertainty]: unknown `{name}`; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
-    #[error("uncertainty of `{name}`: with a striker expected one of drive (its velocity), modulus")]
-    StrikerUncertainty { name: String },
 }
 
 /// Why a problem is invalid or has no answer.

@@ -68,7 +68,7 @@ pub use reading::{BenchReadings, BenchReadingsError, Reading, ReadingError};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;
 pub use scale::{Sensitivity, SensitivityError};
-pub use sensor::{SensorRecord, read_sensor, read_sensor_bytes, sensor_column};
+pub use sensor::{SensorRecord, read_sensor, read_sensor_bytes};
 pub use shell::{shell_line, shell_word};
 pub use toml_error::{key_at, plain_message};
 pub use universal::{ByteOrder, Precision, Samples, TimeResponse, UniversalError, UniversalForm};

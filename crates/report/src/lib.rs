@@ -7,7 +7,6 @@
 pub mod calibration;
 pub mod figure;
 pub mod hydrophone;
-pub mod impact;
 pub mod interface;
 pub mod mesh;
 pub mod motion;

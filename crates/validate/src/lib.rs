@@ -3,7 +3,6 @@
 pub mod accuracy;
 pub mod convergence;
 pub mod effects;
-pub mod impact;
 pub mod laboratory;
 pub mod own_bench;
 pub mod page;

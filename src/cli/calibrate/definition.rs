@@ -124,7 +124,7 @@ pub fn refused(error: Refusal) -> anyhow::Error {
 }
 
 /// Flags in place of what the plan says.
-pub(super) fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
+fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
     let named = |names: &[String]| (!names.is_empty()).then(|| names.to_vec());
     plan.quantity = arguments.quantity.or(plan.quantity);
     plan.fit = named(&arguments.fit).or(plan.fit.take());
@@ -174,9 +174,6 @@ fn records(
     let own_drive = drives.first().is_some_and(|drive| drive.as_os_str() == "none");
     if arguments.scene.scene.is_none() && plan.scene.is_none() && named.iter().any(|record| record.scene.is_none()) {
         assumptions.push(format!("scene `{usual}`; name another with --scene"));
-    }
-    if named.iter().any(|record| record.set_up.is_some()) {
-        return Err(usage("set_up of a [[record]] is of hits of a striker; leave it out"));
     }
     let several = named.len() > 1;
     let mut records = Vec::new();
@@ -263,7 +260,7 @@ impl InMemory {
 }
 
 /// The records as named, none of them checked.
-pub(super) fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
+fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
     let of = |measured: &PathBuf| RecordPlan {
         measured: measured.clone(),
         drive: plan.drive.clone(),

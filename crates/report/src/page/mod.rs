@@ -114,19 +114,19 @@ pub enum Block {
 impl Block {
     /// A block under its heading.
     #[must_use]
-    pub(crate) fn under(self, heading: &str) -> [Self; 2] {
+    pub fn under(self, heading: &str) -> [Self; 2] {
         [Self::Heading(heading.to_owned()), self]
     }
 
     /// A list under its heading; nothing where it has no item.
     #[must_use]
-    pub(crate) fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
+    pub fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
         if items.is_empty() { Vec::new() } else { Self::List(items).under(heading).into() }
     }
 
     /// What must not be overlooked, where there is any.
     #[must_use]
-    pub(crate) fn noticed(statements: &[String]) -> Option<Self> {
+    pub fn noticed(statements: &[String]) -> Option<Self> {
         (!statements.is_empty()).then(|| Self::Notice(statements.to_vec()))
     }
 }

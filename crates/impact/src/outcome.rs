@@ -1,4 +1,4 @@
-//! Result of a calibration on impact records: `calibration.json`, with the keys of other calibrations where they mean the same.
+//! Result of a fit: `calibration.json`, with the keys of `granchain calibrate` where they mean the same.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 use granchain_record::SensorRecord;
 use granchain_signal::number::{engineering, significant};
 
-use super::{
-    Experiment, ImpactFit,
+use granchain_calibration::{
+    fit::{Estimate, Verdict},
+    outcome::{FittedParameter, InputDigest},
+    recorded_run::labels,
+};
+
+use crate::{
+    Experiment, Finding, ImpactFit, Parameter,
     hit::{Features, NAMES},
     likelihood::student,
-};
-use crate::{
-    diagnosis::Finding,
-    fit::{Estimate, Verdict},
-    outcome::{FittedParameter, InputDigest, estimates_by_name, failures_of},
-    recorded_run::labels,
 };
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,9 +25,6 @@ pub struct ImpactOutcome {
     /// Scene as named on the command line or in the plan.
     pub scene: String,
     pub overrides: Vec<String>,
-    pub model: String,
-    /// What the records hold: `force`, times an unknown gain.
-    pub quantity: String,
     pub verdict: Verdict,
     pub p_value: f64,
     /// The fitted parameters by name; no interval where the model does not explain the hits.
@@ -44,7 +41,6 @@ pub struct ImpactOutcome {
     pub diagnosis: Vec<Finding>,
     pub evaluations: u64,
     pub failed_runs: u64,
-    pub failures: BTreeMap<String, u64>,
     pub seed: u64,
     pub inputs: BTreeMap<String, InputDigest>,
     pub warnings: Vec<String>,
@@ -95,15 +91,15 @@ pub struct HitOutcome {
 /// Standard deviation of ln of a feature over hits from which it is warned of, 1.
 const SCATTER: f64 = 0.1;
 
-pub(super) fn shown(value: f64, unit: &str) -> String {
+pub(crate) fn shown(value: f64, unit: &str) -> String {
     if unit == "1" { significant(value, 3) } else { engineering(value, unit, 3) }
 }
 
 /// What set-ups say, in a sentence.
 fn set_up(fit: &ImpactFit) -> String {
     if fit.set_ups.is_empty() {
-        return "one set-up tells of one set-up: a new one of the same specimen has changed the modulus by a factor of 1.3 to 2; fit several, each \
-                [[record]] of the plan with its `set_up`"
+        return "one set-up tells of one set-up: a new one of the same specimen has changed the modulus by a factor of 1.3 to 2; fit several, the \
+                hits of each in a folder, with --set-ups"
             .into();
     }
     let of = |(d, estimate): (usize, &Estimate)| {
@@ -117,6 +113,25 @@ fn set_up(fit: &ImpactFit) -> String {
     };
     let all: Vec<String> = fit.estimates.iter().enumerate().map(of).collect();
     format!("{} set-ups: {}", fit.set_ups.len(), all.join("; "))
+}
+
+/// The parameters by name; intervals only if the verdict allows.
+fn parameters(fit: &ImpactFit) -> BTreeMap<String, FittedParameter> {
+    let quoted = fit.verdict.explains();
+    let entry = |(estimate, parameter): (&Estimate, &Parameter)| {
+        let fitted = FittedParameter {
+            value: estimate.value,
+            low: quoted.then_some(estimate.low),
+            high: quoted.then_some(estimate.high),
+            median: estimate.median,
+            unit: estimate.unit.clone(),
+            at_bound: estimate.at_bound,
+            unidentified: estimate.unidentified,
+            bounds: [parameter.low, parameter.high],
+        };
+        (estimate.name.clone(), fitted)
+    };
+    fit.estimates.iter().zip(&fit.parameters).map(entry).collect()
 }
 
 impl ImpactOutcome {
@@ -133,17 +148,16 @@ impl ImpactOutcome {
             .iter()
             .zip(labels(&paths))
             .map(|(hit, label)| {
-                let returned = hit.impulses.returned;
                 // Several hits of one file have their channels' names.
                 let label = if several(&hit.record.path) { hit.record.column.clone() } else { label };
                 HitOutcome {
                     label,
                     measured: hit.record.path.display().to_string(),
-                    return_time: returned.delay,
-                    peak_ratio: returned.ratio,
-                    widths: returned.widths,
+                    return_time: hit.impulses.delay,
+                    peak_ratio: hit.impulses.ratio,
+                    widths: hit.impulses.widths,
                     peak: hit.impulses.peak,
-                    within: within(returned.delay),
+                    within: within(hit.impulses.delay),
                 }
             })
             .collect();
@@ -189,14 +203,12 @@ impl ImpactOutcome {
             warnings.extend(hit.record.warnings.iter().map(|text| format!("{}: {text}", hit.record.path.display())));
         }
         Self {
-            program: crate::problem::program(),
+            program: format!("granchain-impact {}", env!("CARGO_PKG_VERSION")),
             scene: experiment.scene.name.clone(),
             overrides: Vec::new(),
-            model: "chain".into(),
-            quantity: "force".into(),
             verdict: fit.verdict,
             p_value: fit.p_value,
-            parameters: estimates_by_name(&fit.estimates, &fit.parameters, fit.verdict.explains()),
+            parameters: parameters(fit),
             correlation: fit.correlation,
             return_time: ReturnTime {
                 measured: measured(0).exp(),
@@ -211,7 +223,6 @@ impl ImpactOutcome {
             diagnosis,
             evaluations: fit.runs.len() as u64,
             failed_runs: fit.runs.iter().filter(|run| run.features.is_err()).count() as u64,
-            failures: failures_of(fit.runs.iter().filter_map(|run| run.features.as_ref().err())),
             seed: experiment.seed,
             inputs: BTreeMap::new(),
             warnings,

@@ -3,25 +3,19 @@
 //! Truths run at a hundredth of the fit's tolerance and four times its sampling. Their sensor weighs its two contacts unequally, and a low-pass
 //! follows it, which no run of the fit has; noise, gain and offset are a laboratory's.
 
-use std::{ops::Range, path::Path};
+use std::path::Path;
 
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use granchain_calibration::{
-    fit::Verdict,
-    impact::{
-        Experiment,
-        likelihood::SET_UP,
-        run::{Unknown, force, high_passed, sampled},
-    },
-    parameter::Parameter,
-};
+use granchain_calibration::fit::Verdict;
 use granchain_model::scene::{self, DriveKind, Integrator, Scene};
 use granchain_record::{ReadOptions, SensorRecord, read_sensor_bytes};
 use granchain_signal::CausalShape;
+
+use crate::{Experiment, Parameter, SET_UP, Unknown, force, high_passed, run::sampled};
 
 /// Hits of one synthetic experiment.
 pub const HITS: usize = 5;
@@ -84,21 +78,15 @@ impl ImpactCount {
     }
 }
 
-/// Makes and fits the synthetic experiments `numbers`; the same of a seed for any number of threads. `finished` is called after each.
+/// Makes and fits `count` synthetic experiments; the same of a seed for any number of threads.
 ///
 /// # Errors
-/// A record or fit that fails, in words: every one is expected to be fitted; or `stop`.
-pub fn impact_synthetic(
-    numbers: Range<u64>,
-    seed: u64,
-    finished: &dyn Fn(),
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Vec<ImpactSynthetic>, String> {
-    let made = |number| synthetic(number, seed, stop).map_err(|reason| format!("record {number}: {reason}"));
-    numbers.map(|number| made(number).inspect(|_| finished())).collect()
+/// A record or fit that fails, in words: every one is expected to be fitted.
+pub fn synthetics(count: u64, seed: u64) -> Result<Vec<ImpactSynthetic>, String> {
+    (0..count).map(|number| synthetic(number, seed).map_err(|reason| format!("record {number}: {reason}"))).collect()
 }
 
-fn synthetic(number: u64, seed: u64, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactSynthetic, String> {
+fn synthetic(number: u64, seed: u64) -> Result<ImpactSynthetic, String> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(number);
     let truth = TRUTHS.map(|(_, [low, high])| low * (high / low).powf(random.random::<f64>()));
@@ -108,7 +96,7 @@ fn synthetic(number: u64, seed: u64, stop: &(dyn Fn() -> bool + Sync)) -> Result
     let parameter = |(name, _): (&str, _)| Parameter::named(name, &scene).map(|mut named| named.remove(0));
     let parameters = TRUTHS.into_iter().map(parameter).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
     let experiment = Experiment::of(records, scene, parameters);
-    let fit = experiment.and_then(|experiment| experiment.fit(stop)).map_err(|error| error.to_string())?;
+    let fit = experiment.and_then(|experiment| experiment.fit()).map_err(|error| error.to_string())?;
     let of = |d: usize| &fit.estimates[d];
     Ok(ImpactSynthetic {
         truth,

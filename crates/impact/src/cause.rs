@@ -5,12 +5,39 @@ use std::cmp::Ordering;
 use granchain_model::scene::{DampingKind, Material, Plate, Scene, Sensor, Support};
 use granchain_signal::number::significant;
 
-use super::{Experiment, ImpactError, ImpactFit, hit::INCIDENT_WIDTH, outcome::shown};
-use crate::{
-    agreement::DOUBTFUL,
-    diagnosis::{Cause, Finding},
-    parameter::Parameter,
-};
+use granchain_calibration::agreement::DOUBTFUL;
+use serde::{Deserialize, Serialize};
+
+use crate::{Experiment, ImpactFit, Parameter, hit::INCIDENT_WIDTH, outcome::shown};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// Modulus or loss of the foundation.
+    Support,
+    /// A plate on the foundation.
+    Plate,
+    /// Velocity of the striker.
+    Velocity,
+    /// Losses in the contacts of the beads.
+    ContactLoss,
+    Beads,
+    /// What the force sensor in a bead reads.
+    Sensor,
+    /// The time between the samples.
+    Clock,
+}
+
+/// A cause under which the model explains the hits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    pub cause: Cause,
+    pub p_value: f64,
+    /// What differs, and what is fitted then.
+    pub text: String,
+    /// Whether the hits cannot distinguish it from the most likely cause.
+    pub equivalent: bool,
+}
 
 /// Runs of a fit for one cause.
 const RUNS: usize = 240;
@@ -44,15 +71,8 @@ struct Assumed {
 }
 
 impl Experiment {
-    /// The causes that explain the hits that a fit does not, most likely first.
-    ///
-    /// # Errors
-    /// When stopped; a cause on which no fit can be made is none.
-    pub fn causes(
-        &self,
-        unexplained: &ImpactFit,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Vec<Finding>, ImpactError> {
+    /// The causes that explain the hits that a fit does not, most likely first; a cause on which no fit can be made is none.
+    pub fn causes(&self, unexplained: &ImpactFit) -> Vec<Finding> {
         let mut found = Vec::new();
         for assumed in self.assumed().into_iter().chain(self.other_clock(unexplained)) {
             let Assumed { cause, what, experiment, further } = assumed;
@@ -60,22 +80,19 @@ impl Experiment {
             let own = self.parameters.iter().filter(|parameter| !names.contains(&parameter.name)).cloned();
             let parameters = own.chain(further).collect();
             let experiment = Self { parameters, evaluations: RUNS, ..experiment };
-            let fit = match experiment.fit(stop) {
-                Ok(fit) => fit,
-                Err(ImpactError::Stopped) => return Err(ImpactError::Stopped),
-                Err(_) => continue,
-            };
+            let Ok(fit) = experiment.fit() else { continue };
             let is_law_valid = cause != Cause::Plate || fit.has_thin_plate(&experiment.scene);
             if fit.p_value >= DOUBTFUL && is_law_valid {
-                found.push((fit.p_value, Finding::new(cause, Some(fit.p_value), text(&what, &names, &fit))));
+                found.push(Finding { cause, p_value: fit.p_value, text: text(&what, &names, &fit), equivalent: false });
             }
         }
         // Of causes that explain the hits about equally well the first assumed comes first.
-        let best = found.iter().map(|(p, _)| *p).fold(0.0, f64::max);
-        let as_well = |p: f64| p >= AS_WELL * best;
-        found.sort_by(|(a, _), (b, _)| if as_well(*a) && as_well(*b) { Ordering::Equal } else { b.total_cmp(a) });
-        found.iter_mut().skip(1).for_each(|(p, finding)| finding.equivalent = as_well(*p));
-        Ok(found.into_iter().map(|(_, finding)| finding).take(NAMED).collect())
+        let best = found.iter().map(|finding| finding.p_value).fold(0.0, f64::max);
+        let as_well = |finding: &Finding| finding.p_value >= AS_WELL * best;
+        found.sort_by(|a, b| if as_well(a) && as_well(b) { Ordering::Equal } else { b.p_value.total_cmp(&a.p_value) });
+        found.iter_mut().skip(1).for_each(|finding| finding.equivalent = as_well(finding));
+        found.truncate(NAMED);
+        found
     }
 
     fn assumed(&self) -> Vec<Assumed> {
@@ -107,17 +124,17 @@ impl Experiment {
             );
         }
         if let Some(plated) = with_plate(scene) {
-            let thickness = || Parameter::plate(&plated);
+            let thickness = || Some(Parameter::plate());
             add(Cause::Plate, "a plate lies between the last bead and the support", plated.clone(), vec![thickness()]);
             if !has_loss {
                 let what = "a plate lies between the last bead and the support, which loses energy";
-                add(Cause::Plate, what, plated.clone(), vec![thickness(), loss]);
+                add(Cause::Plate, what, plated, vec![thickness(), loss]);
             }
         }
         if !fitted("alpha") {
-            let alpha =
-                Parameter::alpha().between(scene.amplitude_scale / ANY_VELOCITY, scene.amplitude_scale * ANY_VELOCITY);
-            add(Cause::Velocity, "the striker is faster or slower (alpha, a factor)", scene.clone(), vec![Some(alpha)]);
+            let own = scene.amplitude_scale;
+            let alpha = named("alpha", scene).map(|alpha| alpha.between(own / ANY_VELOCITY, own * ANY_VELOCITY));
+            add(Cause::Velocity, "the striker is faster or slower (alpha, a factor)", scene.clone(), vec![alpha]);
         }
         if scene.damping.kind == DampingKind::None {
             let mut lossy = scene.clone();

@@ -4,7 +4,7 @@ use nalgebra::Cholesky;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF as _, FisherSnedecor, StudentsT};
 
-use super::{
+use crate::{
     hit::{FEATURES, Features, INCIDENT_WIDTH},
     regression::{Covariance, Regression},
 };

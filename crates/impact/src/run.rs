@@ -15,8 +15,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;
 
-use super::hit::{Features, observe};
-use crate::parameter::{Parameter, Target, varied};
+use crate::{
+    hit::{Features, observe},
+    parameter::{Parameter, Target},
+};
 
 /// Quantities that all hits share and that nobody fits: velocity, bead stiffness, corner of the AC coupling, where in its bead the sensor reads.
 pub(crate) const SHARED: usize = 4;
@@ -99,14 +101,12 @@ impl Bench<'_> {
             modulus_factor: (self.unknown.modulus * nuisance[1]).exp(),
             ..Variation::of(&scene)
         };
-        scene = varied(&scene, &variation);
+        scene = variation.written_into(&scene, |gap| gap.max(0.0));
         let corner = CORNER.0 * (CORNER.1 * nuisance[2]).exp();
         let features = force(&scene, SHARE * nuisance[3]).map_err(|error| error.to_string()).and_then(|force| {
             let seen = sampled(&high_passed(&force, corner), self.step, phase);
-            let found = observe(&seen, self.earliest).map_err(|error| error.to_string())?;
-            found
-                .map(|found| found.features())
-                .ok_or_else(|| "no impulse returns to the sensor within the duration".into())
+            let lacking = || "no impulse returns to the sensor within the duration".into();
+            observe(&seen, self.earliest).map(|found| found.features()).ok_or_else(lacking)
         });
         Run { at, nuisance, features }
     }

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 
-use super::{
+use crate::{
     hit::{FEATURES, Features},
     run::{Run, SHARED},
 };

@@ -1,48 +1,29 @@
-//! The page of a calibration on hits of a striker.
+//! The answer in lines, and its page.
 
 use std::fmt::Write as _;
 
-use granchain_calibration::{
-    diagnosis::Finding,
-    fit::Verdict,
-    impact::{ImpactOutcome, hit},
-    outcome::FittedParameter,
-    parameter::PARAMETERS,
-};
-use granchain_signal::Series;
-
-use super::{
+use granchain_calibration::{fit::Verdict, outcome::FittedParameter};
+use granchain_report::{
     figure::{Axis, Colour, Figure, PAGE_WIDTH_MM, Panel, Stroke, trace},
-    number::{engineering, fixed, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
 };
+use granchain_signal::{
+    Series,
+    number::{engineering, fixed, significant},
+};
 
-/// A fit of hits as its page shows it.
-#[derive(Debug)]
-pub struct ImpactReport<'a> {
-    pub outcome: &'a ImpactOutcome,
-    /// The scene in words.
-    pub description: String,
-    /// The records as [`shown`].
-    pub traces: Vec<Series>,
-    /// The force at the answer, likewise, where it could be run.
-    pub simulated: Option<Series>,
-    pub command_line: String,
-}
+use crate::{Experiment, Finding, ImpactFit, ImpactOutcome, hit};
 
 /// A trace over its incident impulse, which arrives at 0.
-#[must_use]
-pub fn shown(series: &Series) -> Series {
+fn shown(series: &Series) -> Series {
     let level = hit::levelled(series);
-    let (arrival, peak) = match hit::observe(series, 0.0) {
-        Ok(Some(found)) => (found.arrival, found.peak),
-        _ => (level.start, level.peak()),
-    };
+    let found = hit::observe(series, 0.0).map(|found| (found.arrival, found.peak));
+    let (arrival, peak) = found.unwrap_or_else(|| (level.start, level.peak()));
     Series { start: level.start - arrival, ..level.map(|value| value / peak) }
 }
 
 /// A parameter with its interval in the unit people use.
-fn value(name: &str, parameter: &FittedParameter) -> [String; 2] {
+fn value(parameter: &FittedParameter) -> [String; 2] {
     let number = |value: f64| match parameter.unit.as_str() {
         "1" => significant(value, 3),
         unit => engineering(value, unit, 3),
@@ -51,21 +32,20 @@ fn value(name: &str, parameter: &FittedParameter) -> [String; 2] {
         (Some(low), Some(high)) => format!("{} … {}", number(low), number(high)),
         _ => "none is quoted".into(),
     };
-    let row = PARAMETERS.iter().find(|row| row.key == name);
-    let remedy = row
-        .filter(|_| parameter.unidentified)
-        .map_or_else(String::new, |row| format!(" (unidentified. {})", row.remedy));
-    let bound = if parameter.at_bound && !parameter.unidentified { " (at a bound)" } else { "" };
-    [number(parameter.value), format!("{interval}{bound}{remedy}")]
+    let remark = match (parameter.unidentified, parameter.at_bound) {
+        (true, _) => " (unidentified: the hits hardly depend on it)",
+        (false, true) => " (at a bound)",
+        _ => "",
+    };
+    [number(parameter.value), format!("{interval}{remark}")]
 }
 
 fn microseconds(time: f64) -> String {
     fixed(1e6 * time, 1)
 }
 
-/// A cause with its p-value, which every cause of hits has.
 fn cause(finding: &Finding) -> String {
-    format!("{} (p = {})", finding.text, significant(finding.p_value.unwrap_or(0.0), 2))
+    format!("{} (p = {})", finding.text, significant(finding.p_value, 2))
 }
 
 /// The answer in lines of plain text.
@@ -74,7 +54,7 @@ pub fn lines(outcome: &ImpactOutcome) -> String {
     let mut text = String::new();
     let widest = outcome.parameters.keys().map(String::len).max().unwrap_or(0).max(11);
     for (name, parameter) in &outcome.parameters {
-        let [number, interval] = value(name, parameter);
+        let [number, interval] = value(parameter);
         let _ = writeln!(text, "  {name:<widest$} {number}   90 % interval {interval}");
     }
     for (number, finding) in outcome.diagnosis.iter().enumerate() {
@@ -119,60 +99,60 @@ pub fn lines(outcome: &ImpactOutcome) -> String {
     text
 }
 
-impl ImpactReport<'_> {
-    /// `report.html`, `report.md` and the figures.
-    ///
-    /// # Errors
-    /// A figure or table that cannot be written.
-    pub fn files(self) -> Result<Files, ReportError> {
-        let outcome = self.outcome;
-        let (tone, verdict) = match outcome.verdict {
-            Verdict::WithinScatter => (Tone::Good, "Consistent"),
-            Verdict::Doubtful => (Tone::Careful, "Doubtful"),
-            Verdict::NotConverged => (Tone::Careful, "Not converged"),
-            Verdict::OutsideScatter => (Tone::Bad, "Inconsistent"),
-        };
-        let text = format!("{} hits; p = {}.", outcome.hits.len(), significant(outcome.p_value, 2));
-        let mut blocks = vec![Block::Headline { tone, verdict: verdict.into(), text }];
-        blocks.extend(Block::noticed(&outcome.warnings));
-        blocks.push(Block::Table(parameters(outcome)));
-        blocks.push(Block::List(vec![outcome.set_up.clone()]));
-        blocks.extend(Block::listed("Likely causes", outcome.diagnosis.iter().map(cause).collect()));
-        blocks.extend(Block::Plates(vec![Plate::new("impulses", self.figure())]).under("Impulses"));
-        blocks.extend([Block::Table(features(outcome)), Block::Table(hits(outcome))]);
-        blocks.extend(Block::List(outcome.assumptions.clone()).under("Assumed"));
-        let files = outcome
-            .inputs
-            .iter()
-            .map(|(role, input)| (role.clone(), format!("{}, SHA-256 {}", input.path, input.sha256)));
-        let facts = [("program".to_owned(), outcome.program.clone()), ("seed".into(), outcome.seed.to_string())];
-        blocks.extend(provenance(facts.into_iter().chain(files).collect(), &self.command_line));
-        let (title, subtitle) = (format!("Calibration of the scene {}", outcome.scene), self.description.clone());
-        Page { title, subtitle, blocks }.files()
-    }
+/// `report.html`, `report.md` and the figure.
+///
+/// # Errors
+/// A figure or table that cannot be written.
+pub fn page(
+    outcome: &ImpactOutcome,
+    experiment: &Experiment,
+    fit: &ImpactFit,
+    command_line: &str,
+) -> Result<Files, ReportError> {
+    let (tone, verdict) = match outcome.verdict {
+        Verdict::WithinScatter => (Tone::Good, "Consistent"),
+        Verdict::Doubtful => (Tone::Careful, "Doubtful"),
+        Verdict::NotConverged => (Tone::Careful, "Not converged"),
+        Verdict::OutsideScatter => (Tone::Bad, "Inconsistent"),
+    };
+    let text = format!("{} hits; p = {}.", outcome.hits.len(), significant(outcome.p_value, 2));
+    let mut blocks = vec![Block::Headline { tone, verdict: verdict.into(), text }];
+    blocks.extend(Block::noticed(&outcome.warnings));
+    blocks.push(Block::Table(parameters(outcome)));
+    blocks.push(Block::List(vec![outcome.set_up.clone()]));
+    blocks.extend(Block::listed("Likely causes", outcome.diagnosis.iter().map(cause).collect()));
+    blocks.extend(Block::Plates(vec![Plate::new("impulses", figure(experiment, fit))]).under("Impulses"));
+    blocks.extend([Block::Table(features(outcome)), Block::Table(hits(outcome))]);
+    blocks.extend(Block::List(outcome.assumptions.clone()).under("Assumed"));
+    let files =
+        outcome.inputs.iter().map(|(role, input)| (role.clone(), format!("{}, SHA-256 {}", input.path, input.sha256)));
+    let facts = [("program".to_owned(), outcome.program.clone()), ("seed".into(), outcome.seed.to_string())];
+    blocks.extend(provenance(facts.into_iter().chain(files).collect(), command_line));
+    let title = format!("Hits on the scene {}", outcome.scene);
+    Page { title, subtitle: experiment.scene.description.clone(), blocks }.files()
+}
 
-    fn figure(&self) -> Figure {
-        let (time, force) =
-            (Axis::new("Time after the incident impulse", "ms").times(1e3), Axis::new("Force over its peak", "1"));
-        let mut panel = Panel::new(time, force).height(60.0);
-        for (number, series) in self.traces.iter().enumerate() {
-            let label = if number == 0 { "measured" } else { "" };
-            panel = panel.line(label, trace(series), Stroke::new(Colour::Grey));
-        }
-        let until = self.traces.iter().map(Series::end).fold(0.0, f64::max);
-        if let Some(simulated) = &self.simulated {
-            panel =
-                panel.line("model", trace(&simulated.window(simulated.start, until)), Stroke::new(Colour::Vermillion));
-        }
-        Figure::new("Sensor force over the peak of its incident impulse: all hits, and the model at the answer.")
-            .sized(PAGE_WIDTH_MM, 1)
-            .panel(panel)
+fn figure(experiment: &Experiment, fit: &ImpactFit) -> Figure {
+    let (time, force) =
+        (Axis::new("Time after the incident impulse", "ms").times(1e3), Axis::new("Force over its peak", "1"));
+    let traces: Vec<Series> = experiment.hits.iter().map(|hit| shown(&hit.record.series)).collect();
+    let mut panel = Panel::new(time, force).height(60.0);
+    for (number, series) in traces.iter().enumerate() {
+        panel = panel.line(if number == 0 { "measured" } else { "" }, trace(series), Stroke::new(Colour::Grey));
     }
+    let until = traces.iter().map(Series::end).fold(0.0, f64::max);
+    if let Ok(simulated) = experiment.simulated(fit) {
+        let simulated = shown(&simulated);
+        panel = panel.line("model", trace(&simulated.window(simulated.start, until)), Stroke::new(Colour::Vermillion));
+    }
+    Figure::new("Sensor force over the peak of its incident impulse: all hits, and the model at the answer.")
+        .sized(PAGE_WIDTH_MM, 1)
+        .panel(panel)
 }
 
 fn parameters(outcome: &ImpactOutcome) -> Table {
     let row = |(name, parameter): (&String, &FittedParameter)| {
-        let [number, interval] = value(name, parameter);
+        let [number, interval] = value(parameter);
         vec![name.clone(), number, interval]
     };
     Table {

@@ -16,34 +16,43 @@
 //! U falls to U/G. Left out: what a returned impulse does after it has passed the sensor.
 
 mod cause;
-pub mod hit;
-pub mod likelihood;
+mod hit;
+mod likelihood;
 mod outcome;
+mod parameter;
 mod regression;
-pub mod run;
+mod report;
+mod run;
+pub mod synthetic;
 
+use granchain_calibration::{
+    fit::{Estimate, Verdict},
+    parameter::ParameterError,
+};
 use granchain_model::{ModelError, scene::Scene};
 use granchain_record::SensorRecord;
-use granchain_signal::{Series, feature::FeatureError, number::engineering};
+use granchain_signal::{Series, number::engineering};
 
-pub use self::outcome::{HitOutcome, ImpactOutcome, ReturnTime};
+pub use self::{
+    cause::{Cause, Finding},
+    likelihood::SET_UP,
+    outcome::{HitOutcome, ImpactOutcome, ReturnTime},
+    parameter::{NAMES, Parameter},
+    report::{lines, page},
+    run::{Unknown, force, high_passed},
+};
 use self::{
     hit::{FEATURES, Features, Impulses, levelled, observe},
     likelihood::{Grid, Hits, Likelihood},
     regression::Regression,
-    run::{Bench, CORNER, Run, Unknown, arrival, force, high_passed},
-};
-use crate::{
-    fit::{Estimate, Verdict},
-    parameter::{Parameter, widened},
-    problem::DEFAULT_SEED,
+    run::{Bench, CORNER, Run, arrival},
 };
 
-/// Default number of runs of a fit.
-pub const EVALUATIONS: usize = 600;
+/// Number of runs of a fit.
+const EVALUATIONS: usize = 600;
 
 /// Rounds of a fit: the whole box, then twice around the answer.
-const ROUNDS: usize = 3;
+const ROUNDS: u32 = 3;
 
 /// Standard deviations about the answer that a round covers, and its least width in unit coordinates.
 const REACH: f64 = 5.0;
@@ -70,28 +79,25 @@ pub enum ImpactError {
     NoReturn { path: String, earliest: f64, found: String },
     #[error(transparent)]
     Run(#[from] ModelError),
-    #[error("{path}: {source}")]
-    Unread { path: String, source: FeatureError },
     #[error(
         "{path}: sampled every {found:.4e} s, the first hit every {expected:.4e} s; fit hits of one experiment, sampled alike"
     )]
     Step { path: String, expected: f64, found: f64 },
-    #[error("scene `{scene}`: the scene has no sensor bead; set chain.sensor")]
-    NoSensor { scene: String },
-    #[error("--fit {name} is not fitted to impulses of a striker; expected some of {}", FITTED.join(", "))]
+    #[error("scene `{scene}`: expected {lacks}; begin with the built-in scene `impact`")]
+    Scene { scene: String, lacks: &'static str },
+    #[error("parameter `{name}`: expected some of {}", NAMES.join(", "))]
     Parameter { name: String },
-    #[error("--fit names {found} parameters, and a hit has {FEATURES} features; name at most {MOST_PARAMETERS}")]
+    #[error(transparent)]
+    NotOfScene(#[from] ParameterError),
+    #[error("`support_loss` belongs to an elastic foundation, and the scene has none: set support.kind=foundation")]
+    NoFoundation,
+    #[error("{found} parameters, and a hit has {FEATURES} features; fit at most {MOST_PARAMETERS}")]
     TooMany { found: usize },
     #[error(
         "{finished} of {runs} runs gave an incident and a returned impulse, too few for a fit; most often: {reason}; check the scene, or move the bounds"
     )]
     TooFewRuns { finished: usize, runs: usize, reason: String },
-    #[error("stopped")]
-    Stopped,
 }
-
-/// Parameters that impulses tell of.
-const FITTED: [&str; 4] = ["alpha", "damping", "support_modulus", "support_loss"];
 
 /// Share of the median peak of all hits below which a record is noise, no hit.
 const NOISE: f64 = 0.1;
@@ -111,15 +117,12 @@ pub struct Hit {
 impl Hit {
     /// An impulse before `earliest` (s) after the incident one has not returned.
     pub fn of(record: SensorRecord, set_up: Option<String>, earliest: f64) -> Result<Self, ImpactError> {
-        let path = || record.path.display().to_string();
-        let observed =
-            |earliest| observe(&record.series, earliest).map_err(|source| ImpactError::Unread { path: path(), source });
-        let Some(impulses) = observed(earliest)? else {
-            let found = observed(0.0)?.map_or_else(
+        let Some(impulses) = observe(&record.series, earliest) else {
+            let found = observe(&record.series, 0.0).map_or_else(
                 || "no second impulse".into(),
-                |early| format!("one {} after it", engineering(early.returned.delay, "s", 2)),
+                |early| format!("one {} after it", engineering(early.delay, "s", 2)),
             );
-            return Err(ImpactError::NoReturn { path: path(), earliest, found });
+            return Err(ImpactError::NoReturn { path: record.path.display().to_string(), earliest, found });
         };
         Ok(Self { record, impulses, set_up })
     }
@@ -183,12 +186,12 @@ impl Experiment {
         mut scene: Scene,
         parameters: Vec<Parameter>,
     ) -> Result<Self, ImpactError> {
-        if scene.chain.sensor.is_none() {
-            return Err(ImpactError::NoSensor { scene: scene.name.clone() });
+        let lacking = |lacks| Err(ImpactError::Scene { scene: scene.name.clone(), lacks });
+        if scene.drive.kind.striker().is_none() {
+            return lacking("a striker (drive.kind)");
         }
-        let known = |parameter: &&Parameter| !FITTED.contains(&parameter.name.as_str());
-        if let Some(parameter) = parameters.iter().find(known) {
-            return Err(ImpactError::Parameter { name: parameter.name.clone() });
+        if scene.chain.sensor.is_none() {
+            return lacking("a bead with a sensor (chain.sensor)");
         }
         if parameters.len() > MOST_PARAMETERS {
             return Err(ImpactError::TooMany { found: parameters.len() });
@@ -200,10 +203,10 @@ impl Experiment {
             .into_iter()
             .map(|(record, set_up)| Hit::of(record, set_up, earliest))
             .collect::<Result<Vec<_>, _>>()?;
-        let latest = hits.iter().map(|hit| hit.impulses.returned.delay).fold(0.0, f64::max);
+        let latest = hits.iter().map(|hit| hit.impulses.delay).fold(0.0, f64::max);
         scene.duration = scene.duration.max(arrival + LATER * latest);
         let noise = noise.into_iter().map(|(record, _)| record).collect();
-        let (unknown, evaluations, seed) = (Unknown::default(), EVALUATIONS, DEFAULT_SEED);
+        let (unknown, evaluations, seed) = (Unknown::default(), EVALUATIONS, 1);
         let experiment = Self { hits, noise, scene, parameters, unknown, evaluations, seed, earliest, told: 0 };
         let expected = experiment.step();
         let other = |hit: &&Hit| (hit.record.series.step / expected - 1.0).abs() > SAME_STEP;
@@ -261,20 +264,27 @@ impl Experiment {
         found.into_iter().unzip()
     }
 
-    /// Fits the parameters; `stop` is called between rounds.
-    pub fn fit(&self, stop: &(dyn Fn() -> bool + Sync)) -> Result<ImpactFit, ImpactError> {
+    /// Fits the parameters.
+    ///
+    /// # Errors
+    /// Too few runs in which an impulse returns.
+    pub fn fit(&self) -> Result<ImpactFit, ImpactError> {
         let hits = Hits::of(&self.set_ups().1);
         let mut parameters = self.parameters.clone();
         let mut left = WIDENINGS;
         loop {
-            let fit = self.searched(&parameters, &hits, stop)?;
-            let pressed = |d: usize| {
-                let Estimate { low, value, high, unidentified, .. } = fit.estimates[d];
-                let [low, value, high] = [low, value, high].map(|x| parameters[d].coordinate(x));
-                if unidentified { (false, false) } else { Parameter::pressed(low, value, high) }
+            let fit = self.searched(&parameters, &hits)?;
+            let wider = |(parameter, estimate): (&Parameter, &Estimate)| {
+                let Estimate { low, value, high, unidentified, .. } = *estimate;
+                let [low, value, high] = [low, value, high].map(|x| parameter.coordinate(x));
+                parameter.widened(Parameter::pressed(low, value, high)).filter(|_| !unidentified)
             };
-            let Some(wider) = widened(&parameters, pressed).filter(|_| left > 0) else { return Ok(fit) };
-            (parameters, left) = (wider, left - 1);
+            let wider: Vec<Option<Parameter>> = parameters.iter().zip(&fit.estimates).map(wider).collect();
+            if left == 0 || wider.iter().all(Option::is_none) {
+                return Ok(fit);
+            }
+            parameters.iter_mut().zip(wider).for_each(|(own, wider)| *own = wider.unwrap_or_else(|| own.clone()));
+            left -= 1;
         }
     }
 
@@ -286,26 +296,19 @@ impl Experiment {
         Ok(high_passed(&force(&scene, 0.0)?, CORNER.0))
     }
 
-    fn searched(
-        &self,
-        parameters: &[Parameter],
-        hits: &Hits,
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<ImpactFit, ImpactError> {
+    fn searched(&self, parameters: &[Parameter], hits: &Hits) -> Result<ImpactFit, ImpactError> {
         let Self { scene, unknown, seed, earliest, .. } = self;
         let bench = Bench { scene, parameters, unknown: *unknown, step: self.step(), earliest: *earliest, seed: *seed };
-        let size = (self.evaluations / ROUNDS) as u32;
+        let size = self.evaluations as u32 / ROUNDS;
         let mut within = vec![[0.0, 1.0]; parameters.len()];
         let (mut runs, mut before): (Vec<Run>, Option<Grid>) = (Vec::new(), None);
-        for round in 0..ROUNDS as u32 {
-            if stop() {
-                return Err(ImpactError::Stopped);
-            }
+        let mut round = 0;
+        loop {
             runs.extend(bench.runs(round * size..(round + 1) * size, &within));
             let regression = Regression::of(&runs, &within).ok_or_else(|| too_few(&runs))?;
             let likelihood = Likelihood::new(&regression, hits);
             let grid = Grid::of(&likelihood, &within).ok_or_else(|| too_few(&runs))?;
-            if round + 1 == ROUNDS as u32 {
+            if round + 1 == ROUNDS {
                 let mut fit = answer(parameters, &likelihood, &grid, before.as_ref(), (&within, runs), self.told);
                 let (names, hits) = self.set_ups();
                 let each = names.into_iter().zip(&hits).filter(|_| hits.len() > 1);
@@ -316,8 +319,8 @@ impl Experiment {
             }
             within = grid.holds(REACH, LEAST);
             before = Some(grid);
+            round += 1;
         }
-        Err(ImpactError::Stopped)
     }
 }
 
@@ -336,10 +339,7 @@ fn medians(
 fn too_few(runs: &[Run]) -> ImpactError {
     let reasons: Vec<&String> = runs.iter().filter_map(|run| run.features.as_ref().err()).collect();
     let count = |reason: &&&String| reasons.iter().filter(|other| other == reason).count();
-    let reason = reasons
-        .iter()
-        .max_by_key(count)
-        .map_or_else(|| "none failed; raise --evaluations".into(), |reason| (*reason).clone());
+    let reason = reasons.iter().max_by_key(count).map_or_else(|| "none failed".into(), |reason| (*reason).clone());
     ImpactError::TooFewRuns { finished: runs.len() - reasons.len(), runs: runs.len(), reason }
 }
 
@@ -364,8 +364,18 @@ fn answer(
             (low - edge < 0.02 * (end - edge) && edge > EDGE) || (end - high < 0.02 * (end - edge) && end < 1.0 - EDGE);
         let moved = before.is_some_and(|before| (before.quantiles(d, [0.5])[0] - median).abs() > 0.5 * (high - low));
         settled &= !(cut || moved);
-        let found = Estimate::between(parameter, grid.best[d], [low, median, high]);
-        Estimate { unidentified: high - low > WIDE, ..found }
+        // Where the most likely value lies outside the interval the median is quoted.
+        let best = Some(grid.best[d]).filter(|best| (low..=high).contains(best)).unwrap_or(median);
+        Estimate {
+            name: parameter.name.clone(),
+            unit: parameter.unit.clone(),
+            value: parameter.value(best),
+            median: parameter.value(median),
+            low: parameter.value(low),
+            high: parameter.value(high),
+            at_bound: Parameter::pressed(low, best, high).contains(&true),
+            unidentified: high - low > WIDE,
+        }
     };
     let estimates: Vec<Estimate> = parameters.iter().enumerate().map(estimate).collect();
     let p_value = likelihood.p_value(grid, parameters.len() + told);

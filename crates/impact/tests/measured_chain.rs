@@ -1,17 +1,16 @@
-//! A measured column of beads on foams of known modulus, calibrated by `granchain calibrate`: what comes out, and what was expected of it.
+//! A measured column of beads on foams of known modulus, fitted by `granchain-impact`: what comes out, and what was expected of it.
 //!
 //! Records: repository pabseb22/SingleSolitaryWaveAnalysis (Villacreses and others, USFQ Quito), which states no licence: nothing of them is kept here.
-//! `tests/measured-chain/run DIR` prints the table.
+//! `GRANCHAIN_SSW=DIR cargo test --release -p granchain-impact --test measured_chain -- --nocapture` prints the table; DIR holds foams-csv/PCF*.csv.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-#[path = "../harness/mod.rs"]
-mod harness;
+mod program;
 
 use std::{collections::BTreeMap, path::PathBuf};
 
 use serde_json::Value;
 
-use harness::{PROJECT, granchain};
+use program::granchain_impact;
 
 /// Name of each foam's records, and its modulus as the maker states it, MPa.
 const FOAMS: [(&str, f64); 7] = [
@@ -29,7 +28,6 @@ const ONE_FACTOR: std::ops::Range<usize> = 2..7;
 
 struct Column {
     records: PathBuf,
-    place: tempfile::TempDir,
 }
 
 /// What one call of the program says.
@@ -39,14 +37,14 @@ impl Column {
     /// Of the folder that the environment names; `None` without one.
     fn at_hand() -> Option<Self> {
         let folder = std::env::var_os("GRANCHAIN_SSW");
-        let folder =
-            folder.map_or_else(|| PathBuf::from(PROJECT).join("../shared/public-data/ssw-chain"), PathBuf::from);
+        let usual = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/public-data/ssw-chain");
+        let folder = folder.map_or_else(usual, PathBuf::from);
         let records = folder.join("foams-csv");
         if !records.is_dir() {
             println!("skipped: no {}; name the folder in GRANCHAIN_SSW", folder.display());
             return None;
         }
-        Some(Self { records, place: tempfile::tempdir().unwrap() })
+        Some(Self { records })
     }
 
     /// The hits whose names begin so, at a modulus of the foam (MPa).
@@ -56,24 +54,11 @@ impl Column {
         files.retain(|file| file.rsplit('/').next().is_some_and(|name| name.starts_with(names)));
         files.sort();
         assert!(!files.is_empty(), "{names}");
-        let scene = format!("{PROJECT}/tests/measured-chain/column.toml");
+        let scene = format!("{}/tests/column.toml", env!("CARGO_MANIFEST_DIR"));
         let set = format!("support.youngs_modulus={modulus} MPa");
-        let mut arguments = vec![
-            "calibrate",
-            "--json",
-            "--quiet",
-            "--scene",
-            &scene,
-            "--set",
-            &set,
-            "--fit",
-            parameters,
-            "--out",
-            "fit",
-            "--measured",
-        ];
+        let mut arguments = vec!["fit", "--json", "--scene", &scene, "--set", &set, "--fit", parameters];
         arguments.extend(files.iter().map(String::as_str));
-        let (code, out, err) = granchain(self.place.path(), &arguments);
+        let (code, out, err) = granchain_impact(&self.records, &arguments);
         assert!(code == 0, "{names}: {err}");
         Fit(serde_json::from_str(&out).unwrap())
     }
