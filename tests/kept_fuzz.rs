@@ -1,4 +1,4 @@
-//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, printed numbers, logs of
+//! Whatever a file that the program reads back or is handed holds, it is read or refused: plans, logs of
 //! runs, meshes. `PROPTEST_CASES=10000000` for a long run; records and scenes have tests of their own, kept bodies theirs beside the code.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
@@ -24,8 +24,6 @@ static MESHES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     let of = |name: &str| shipped(&format!("tests/meshes/{name}.msh"));
     ["bead-quadrilaterals-binary", "ring-linear", "ring-unnamed", "bead-nine-nodes"].map(of).to_vec()
 });
-
-static PRINTED: LazyLock<Vec<u8>> = LazyLock::new(|| shipped("measurements/annulus-73khz/features.toml"));
 
 /// One finished point of a sweep, and one that failed.
 const RUNS: [&str; 2] = [
@@ -93,9 +91,8 @@ proptest! {
     #![proptest_config(cases(20_000))]
 
     #[test]
-    fn harmed_plans_and_printed_numbers_are_read_or_refused(plan in 0..4usize, harms in harms()) {
+    fn harmed_plans_are_read_or_refused(plan in 0..4usize, harms in harms()) {
         kept::plan(place().path(), &harmed(&PLANS[plan], &harms));
-        kept::printed(&harmed(&PRINTED, &harms));
     }
 
     #[test]

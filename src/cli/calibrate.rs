@@ -2,7 +2,6 @@
 //!
 //! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
-mod alpha_sweep;
 mod bench;
 pub(super) mod definition;
 pub mod files;
@@ -23,7 +22,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, Words, one_of, usage, whole},
+    arguments::{OutputArguments, SceneArguments, Session, Words, one_of, whole},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -31,11 +30,10 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{Problem, drive::Input, fit::FitError, plan::Plan, recorded_run::labels, refusal::Refusal},
+    calibration::{Problem, drive::Input, fit::FitError, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
     scene::Scene,
-    validate::own_bench::record_of,
 };
 
 #[derive(Debug, Args)]
@@ -43,7 +41,7 @@ use crate::{
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
                   granchain calibrate --measured s.csv --channel CH2 --drive-read channel=CH1")]
 pub struct Arguments {
-    /// Record (CSV, UFF or an instrument's own binary file) or published values (TOML); several records are fitted together. If they share one horn record they
+    /// Record (CSV, UFF or an instrument's own binary file); several records are fitted together. If they share one horn record they
     /// are treated as repeated shots of one experiment
     #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
@@ -84,9 +82,6 @@ pub struct Arguments {
     /// Factor from 1 to 100 on every 90 % interval of the answer; `coverage --plan` states the one that a bench needs
     #[arg(long, value_name = "X", help_heading = "Fit")]
     pub widen: Option<f64>,
-    /// Count coverage with so many synthetic records of this bench and add it to the report
-    #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(1_000_000)), help_heading = "Fit")]
-    pub coverage: Option<u64>,
     #[command(flatten)]
     pub scene: SceneArguments,
     #[command(flatten)]
@@ -125,8 +120,6 @@ pub struct Job {
     meshes: Vec<Input>,
     /// Whether an answer that does not explain the record is a failure.
     strict: bool,
-    /// The merged plan, and the number of synthetic records with which coverage is counted.
-    coverage: Option<(Plan, u64)>,
 }
 
 /// The command, as a state names it.
@@ -183,23 +176,19 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         }
     };
     let place = folder.finish_with(files, timing)?;
-    let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
+    let text = page::text(&outcome, "record", &place);
     session.result(text, &outcome)?;
     Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
 
 /// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
-    let (problem, plan, plans) = definition::problem(&arguments, in_memory)?;
-    if arguments.coverage.is_some() {
-        record_of(&problem).map_err(|error| usage(format!("--coverage: {error}")))?;
-    }
-    let coverage = arguments.coverage.map(|count| (plan, count));
+    let (problem, plans) = definition::problem(&arguments, in_memory)?;
     let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
     let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
     let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
     let strict = arguments.strict;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict, coverage })
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

@@ -1,6 +1,5 @@
 //! `granchain start`: from the files of a laboratory to a plan with every open choice in it.
 
-mod ask;
 mod unread;
 
 use std::{
@@ -9,11 +8,11 @@ use std::{
 };
 
 use anyhow::bail;
-use clap::{Args, FromArgMatches};
+use clap::Args;
 use serde_json::json;
 
 pub use self::unread::Unread;
-use self::{ask::Ask, unread::is_named_horn};
+use self::unread::is_named_horn;
 use super::{
     Outcome,
     arguments::{Session, usage},
@@ -41,8 +40,7 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Bead (or hydrophone) and horn records, in any order; one file with both. If no file is given and a terminal is
-    /// attached, the program asks for the files
+    /// Bead (or hydrophone) and horn records, in any order; one file with both
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: from names, units and spectra]
@@ -63,44 +61,14 @@ pub struct Arguments {
     pub drive_reading: DriveReadArguments,
 }
 
-/// Run it: with questions if nothing was typed and the input is a terminal.
-pub fn execute(mut arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
-    let mut words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
-    let mut person = ask::terminal();
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     if arguments.files.is_empty() {
-        let Some(person) = &mut person else {
-            return Err(usage(
-                "expected the records of last bead and horn's tip, found none, and no terminal to ask on; type: granchain start vib.csv horn_tip.csv",
-            ));
-        };
-        words.extend(ask::words(person)?);
-        arguments = parsed(&words)?;
+        return Err(usage(
+            "expected the records of last bead and horn's tip, found none; type: granchain start vib.csv horn_tip.csv",
+        ));
     }
-    loop {
-        let unread = match begin(&arguments, &words, session) {
-            Err(error) if error.is::<Unread>() => error,
-            done => return done,
-        };
-        let (Some(person), Some(Unread { flags, .. })) = (&mut person, unread.downcast_ref()) else {
-            return Err(unread);
-        };
-        person.tell(&unread.to_string());
-        let flags_typed = person.text("So say it, with values of this bench (nothing: stop)", flags)?;
-        let Some(flags_typed) = shell_words::split(&flags_typed).ok().filter(|flags_typed| !flags_typed.is_empty())
-        else {
-            return Err(unread);
-        };
-        words.extend(flags_typed);
-        arguments = parsed(&words)?;
-    }
-}
-
-/// Words behind `start` as arguments.
-fn parsed(words: &[String]) -> anyhow::Result<Arguments> {
-    let command = Session::augment_args(Arguments::augment_args(clap::Command::new("start")));
-    let words = std::iter::once("start").chain(words.iter().map(String::as_str));
-    let matches = command.try_get_matches_from(words).map_err(|error| usage(error.to_string()))?;
-    Ok(Arguments::from_arg_matches(&matches)?)
+    let words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
+    begin(&arguments, &words, session)
 }
 
 /// How another file is named.

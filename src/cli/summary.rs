@@ -28,7 +28,6 @@ use crate::{
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
-        published::Peaks,
     },
 };
 
@@ -232,7 +231,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         let _ = writeln!(text, "  {name:<11}{value}");
     }
     if let Some(spread) = spread {
-        let _ = write!(text, "\n{}", aligned(&ensemble(summary, spread)));
+        let _ = write!(text, "\n{}", aligned(&ensemble(spread)));
     }
     text
 }
@@ -425,20 +424,12 @@ pub fn damping(scene: &Scene) -> String {
 fn peaks(scene: &Scene, summary: &Summary) -> String {
     let pair = |positive: f64, negative: f64| format!("+{}/{}", fixed(1e3 * positive, 0), fixed(1e3 * negative, 0));
     let (place, band) = (summary.observed.name(), engineering(scene.vibrometer_bandwidth, "Hz", 3));
-    let mut text = match &summary.features {
+    match &summary.features {
         Some(Features { peaks, .. }) => {
             format!("{} mm/s at the {place} of the last bead, below {band}", pair(peaks.positive, peaks.negative))
         }
         None => format!("none: the {place} of the last bead does not move"),
-    };
-    if let Some(published) = &summary.published {
-        let measured = published.measured;
-        let _ = write!(text, "; paper: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
-        if let Some(simulated) = published.simulated {
-            let _ = write!(text, ", simulated {}", pair(simulated.positive_m_per_s, simulated.negative_m_per_s));
-        }
     }
-    text
 }
 
 /// Peaks and levels of the pressure at one point.
@@ -487,41 +478,27 @@ fn lines(summary: &Summary) -> String {
 }
 
 /// What an ensemble says.
-pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> Table {
-    let (plan, published) = (&outcome.plan, summary.published.as_ref());
+pub fn ensemble(outcome: &EnsembleOutcome) -> Table {
+    let plan = &outcome.plan;
     let row = |(watched, spread): (Watched, &Option<Spread>)| {
         let spread = spread.as_ref()?;
         let (factor, unit, digits) = if watched.unit == "m/s" { (1e3, " mm/s", 1) } else { (1.0, "", 3) };
         let shown = |value: f64| fixed(factor * value, digits);
-        let mut row = vec![
+        Some(vec![
             format!("{}{unit}", watched.key.replace('_', " ")),
             shown(spread.mean),
             shown(spread.scatter),
             format!("{} ± {}", shown(spread.sensitivity), shown(spread.sensitivity_error)),
-        ];
-        let pick = |peaks: Peaks| match watched.key.as_str() {
-            "positive_peak" => fixed(1e3 * peaks.positive_m_per_s, 0),
-            "negative_peak" => fixed(1e3 * peaks.negative_m_per_s, 0),
-            _ => String::new(),
-        };
-        row.extend(
-            published
-                .map(|it| [Some(it.measured), it.simulated].map(|it| it.map_or_else(String::new, pick)))
-                .into_iter()
-                .flatten(),
-        );
-        Some(row)
+        ])
     };
-    let printed: &[&str] = if published.is_some() { &["measured", "simulated"] } else { &[] };
-    let columns = ["mean", "scatter", "per +1 % drive"].iter().chain(printed).map(|title| Column::numbers(*title));
+    let columns = ["mean", "scatter", "per +1 % drive"].map(Column::numbers);
     Table {
         caption: format!(
-            "Ensemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed{})",
+            "Ensemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)",
             plan.replicates,
             significant(1e9 * plan.gap_jitter_m, 2),
             significant(100.0 * plan.drive_jitter, 2),
             outcome.failures.len(),
-            if published.is_some() { "; measured, simulated: as printed in the source paper" } else { "" }
         ),
         columns: [Column::words("")].into_iter().chain(columns).collect(),
         rows: watched().into_iter().zip(&outcome.spreads).filter_map(row).collect(),

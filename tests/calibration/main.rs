@@ -18,5 +18,6 @@ mod invariance;
 mod laboratory;
 mod ladder;
 mod own_bench;
-mod published_features;
+#[path = "../harness/record.rs"]
+mod record;
 mod synthetic;

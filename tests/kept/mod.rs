@@ -2,12 +2,7 @@
 
 use std::{fs, path::Path};
 
-use granchain::{
-    calibration::Plan,
-    measurement::{PublishedFeatures, run_log::RunLog},
-    model::fea::mesh::gmsh::parse,
-    study::sweep,
-};
+use granchain::{calibration::Plan, measurement::run_log::RunLog, model::fea::mesh::gmsh::parse, study::sweep};
 
 /// A plan, in a file at `place`.
 pub fn plan(place: &Path, bytes: &[u8]) {
@@ -15,13 +10,6 @@ pub fn plan(place: &Path, bytes: &[u8]) {
     if let Ok(plan) = Plan::read(place) {
         let _ = plan.records();
         let _ = plan.fitted();
-    }
-}
-
-/// Printed numbers.
-pub fn printed(bytes: &[u8]) {
-    if let Ok(printed) = PublishedFeatures::from_bytes(Path::new("features.toml"), bytes) {
-        let _ = printed.value("positive_peak");
     }
 }
 

@@ -114,10 +114,10 @@ fn what_was_said_of_two_channels_in_volts_is_kept_in_the_plan() {
 }
 
 #[test]
-fn without_files_and_without_a_terminal_it_says_what_to_type() {
+fn without_files_it_says_what_to_type() {
     let folder = tempfile::tempdir().unwrap();
     let (code, _, err) = granchain(folder.path(), &["start"]);
-    assert!(code == 2 && err.contains("no terminal to ask on; type: granchain start vib.csv horn_tip.csv"), "{err}");
+    assert!(code == 2 && err.contains("found none; type: granchain start vib.csv horn_tip.csv"), "{err}");
 }
 
 /// The command that a refusal proposes, as a shell parts it.

@@ -4,5 +4,4 @@
 mod accuracy;
 mod effects_costs;
 mod report_study;
-mod stress;
 mod study_ensemble;

@@ -244,7 +244,7 @@ impl Parameter {
     }
 
     /// Sets `value` in a scene; the bandwidth of an instrument is not part of a scene.
-    pub(crate) fn set(&self, scene: &mut Scene, value: f64) {
+    pub fn set(&self, scene: &mut Scene, value: f64) {
         match (self.target, self.row()) {
             (Target::Damping(term) | Target::DampingBeside(term), _) => scene.damping.coefficients[term] = value,
             (_, row) => row.into_iter().for_each(|row| (row.set)(scene, value)),

@@ -5,6 +5,7 @@
 //! report is a list of relative paths and bytes.
 
 pub mod calibration;
+pub mod design;
 pub mod figure;
 pub mod hydrophone;
 pub mod interface;

@@ -1,10 +1,6 @@
 //! How far models and calibrations can be trusted: coverage on synthetic records, accuracy against time, cost of effects, hard cases.
 
 pub mod accuracy;
-pub mod convergence;
 pub mod effects;
 pub mod laboratory;
-pub mod own_bench;
 pub mod page;
-pub mod stress;
-pub mod synthetic;

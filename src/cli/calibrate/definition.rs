@@ -29,8 +29,8 @@ pub struct InMemory {
     pub drives: Vec<Option<Vec<u8>>>,
 }
 
-/// A problem, the plan that flags and file make, and the files of the plan by role.
-pub type Defined = (Problem, Plan, Vec<(&'static str, Input)>);
+/// A problem, and the files of the plan by role.
+pub type Defined = (Problem, Vec<(&'static str, Input)>);
 
 /// Read and check everything that the arguments name; the plan file too, where there is one.
 pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<Defined> {
@@ -56,7 +56,6 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<De
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
-        plan,
         read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect(),
     ))
 }

@@ -16,9 +16,6 @@ use crate::{
 
 pub const FILE: &str = "manifest.json";
 
-/// Name of the file of printed numbers that is looked for beside a record.
-pub const PUBLISHED: &str = "features.toml";
-
 /// Arguments that cannot change a result and have no value, and those that have one.
 const SILENT: [&str; 5] = ["--resume", "--quiet", "--json", "--force", "--strict"];
 const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
@@ -30,7 +27,7 @@ pub struct Manifest {
     pub processor: String,
     /// The arguments of `granchain calibrate` that can change a result, as typed.
     pub arguments: Vec<String>,
-    /// Every file read, by role: `plan`, `bench`, `scene`, `mesh-1`, `measured`, `drive`, `published`; of further records `measured-2` and so on.
+    /// Every file read, by role: `plan`, `bench`, `scene`, `mesh-1`, `measured`, `drive`; of further records `measured-2` and so on.
     pub inputs: BTreeMap<String, InputDigest>,
     /// SHA-256 of every file written, but for this one and `timing.json`.
     pub files: BTreeMap<String, String>,
@@ -92,10 +89,6 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
         add(of("measured"), measured.path().into(), Some(measured.sha256().into()))?;
         if let Some(Input { path, sha256 }) = bench.drive.as_ref().map(|drive| &drive.input) {
             add(of("drive"), path.clone(), Some(sha256.clone()))?;
-        }
-        let published = measured.path().with_file_name(PUBLISHED);
-        if measured.record().is_some() && published.is_file() {
-            add(of("published"), published, None)?;
         }
     }
     Ok(inputs)

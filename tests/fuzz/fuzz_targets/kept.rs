@@ -17,8 +17,7 @@ fn place() -> PathBuf {
 fuzz_target!(|bytes: &[u8]| {
     let [kind, bytes @ ..] = bytes else { return };
     match kind % 4 {
-        0 => kept::plan(&place(), bytes),
-        1 => kept::printed(bytes),
+        0 | 1 => kept::plan(&place(), bytes),
         2 => kept::log(&place(), bytes.split(|byte| *byte == b'\n')),
         _ => kept::mesh(bytes),
     }

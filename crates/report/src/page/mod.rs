@@ -68,21 +68,13 @@ pub struct Plate {
     pub name: String,
     pub caption: String,
     pub figure: Figure,
-    /// Drive frequency of the time traces in its last panel, Hz, where they can be played as sound.
-    pub sound: Option<f64>,
 }
 
 impl Plate {
     /// A plate whose caption is the figure's title.
     #[must_use]
     pub fn new(name: impl Into<String>, figure: Figure) -> Self {
-        Self { name: name.into(), caption: figure.title.clone(), figure, sound: None }
-    }
-
-    /// The same plate, its traces of a drive of this frequency (Hz) to be played, slowed down.
-    #[must_use]
-    pub(crate) fn playable(self, drive_frequency: f64) -> Self {
-        Self { sound: Some(drive_frequency), ..self }
+        Self { name: name.into(), caption: figure.title.clone(), figure }
     }
 }
 

@@ -3,4 +3,3 @@
 pub mod accuracy;
 pub mod effects;
 pub mod laboratory;
-pub mod own_bench;

@@ -21,7 +21,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
 }
 
 fn measure(room: &mut Room<'_>) -> Result<(), String> {
-    let elements = if room.plan.quick { 100 } else { 200 };
+    let elements = 200;
     let rectangle = Rectangle {
         r: vec![0.0, 0.5 * RADIUS, RADIUS],
         z: (0..=elements).map(|k| LENGTH * f64::from(k) / f64::from(elements)).collect(),
@@ -42,8 +42,8 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
     ];
     let mut sets: Vec<&str> = sets.iter().map(String::as_str).collect();
     if room.fidelity == FidelityLevel::Reduced {
-        // As many as the mesh can tell apart: the finer one with twice the modes, else the front stays as blunt as before.
-        sets.push(if room.plan.quick { "model.modes=60" } else { "model.modes=120" });
+        // As many as the mesh can tell apart.
+        sets.push("model.modes=120");
     }
     let scene = room.scene("rigid", &sets)?;
     let ran = room.run_with(&scene, &Push(SPEED))?;
@@ -67,8 +67,7 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
     if room.fidelity == FidelityLevel::Reduced {
         // A bar of finitely many modes rings at the last of them, all along the contact: no front is sharper than its half wave.
         let length = (MEAN_OVER / force.step).round() as usize;
-        let smoothed =
-            "force away from the fronts, mean over 0.4 µs (the figure shows it sample by sample): largest oscillation";
+        let smoothed = "force away from the fronts, mean over 0.4 µs: largest oscillation";
         room.check(smoothed, wander(length), Limit::AtMost(0.1), "1");
         let name = "force away from the fronts, sample by sample: largest oscillation (the last mode rings)";
         room.check(name, wander(1), Limit::AtMost(1.0), "1");
@@ -90,10 +89,5 @@ fn measure(room: &mut Room<'_>) -> Result<(), String> {
     );
     let late = force.values[(1.1 * lasts / force.step) as usize..].iter().copied().fold(0.0, f64::max) / carries;
     room.check("force after the bar has left", late, Limit::AtMost(0.0), "1");
-    let name = room.fidelity.name();
-    let trace =
-        force.values.iter().enumerate().skip(1).map(|(k, f)| (k as f64 * force.step / lasts, (f / carries).max(1e-3)));
-    let trace = trace.collect();
-    room.curve(name, trace);
     Ok(())
 }

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Experiment, OwnFit, OwnPlan, OwnRecord};
-use crate::{laboratory::wilson, synthetic::median};
-use granchain_calibration::{
+use crate::{
     fit::{Estimate, Verdict},
     waveform::{QUANTILE, WaveformBound},
 };
+use granchain_signal::median;
 
 /// Probability that an interval states.
 const LEVEL: f64 = 0.9;
@@ -163,10 +163,30 @@ impl ExperimentCount {
 }
 
 /// Distribution function of ascending ranks minus that of a uniform distribution, before and behind every rank.
-pub(crate) fn deviations(ranks: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+pub fn deviations(ranks: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     let count = ranks.len() as f64;
     let step = move |(index, rank): (usize, &f64)| [index, index + 1].map(|below| (*rank, below as f64 / count - rank));
     ranks.iter().enumerate().flat_map(step)
+}
+
+/// Interval for a probability of which `hits` of `count` trials speak (Wilson 1927), `z` standard deviations wide.
+///
+/// p = (k + z²/2)/(n + z²) ± z/(n + z²) √(k(n − k)/n + z²/4). Unlike p ± √(p(1 − p)/n) it never leaves 0…1.
+///
+/// ```
+/// use granchain_calibration::design::wilson;
+/// // 66 of 80 is the smallest count that a true probability of 0.9 explains at z = 2.576 (99 %).
+/// assert!(wilson(66, 80, 2.576).1 > 0.9 && wilson(65, 80, 2.576).1 < 0.9);
+/// ```
+#[must_use]
+pub fn wilson(hits: usize, count: usize, z: f64) -> (f64, f64) {
+    if count == 0 {
+        return (0.0, 1.0);
+    }
+    let (k, n) = (hits as f64, count as f64);
+    let middle = (k + 0.5 * z * z) / (n + z * z);
+    let half = z / (n + z * z) * (k * (n - k) / n + 0.25 * z * z).sqrt();
+    ((middle - half).max(0.0), (middle + half).min(1.0))
 }
 
 fn fit_of(record: &OwnRecord) -> Option<&OwnFit> {

@@ -1,11 +1,11 @@
 //! Coverage on the user's own bench and what further experiments would give: tables and a page.
 
-use crate::own_bench::{Experiment, ExperimentCount, OwnCount, OwnPlan, ParameterCoverage, deviations};
-use granchain_report::{
+use crate::{
     figure::{Axis, Bar, Colour, Dash, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke},
     number::{fixed, significant},
     page::{Block, Column, Files, Page, Plate, ReportError, Table, Tone, provenance},
 };
+use granchain_calibration::design::{Experiment, ExperimentCount, OwnCount, OwnPlan, ParameterCoverage, deviations};
 
 /// Bins of the histogram of ranks.
 const BINS: usize = 10;

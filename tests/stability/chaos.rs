@@ -1,6 +1,6 @@
 //! Two regimes, distinguished by what perturbations do.
 
-use super::{FidelityLevel, Limit, room::Room};
+use super::{Limit, room::Room};
 use granchain_calibration::predict::{
     ensemble::{EnsemblePlan, Moments, STEPS_PER_PERIOD},
     replicates::perturbations,
@@ -25,8 +25,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
 /// Scatter of the positive peak over its mean.
 fn scatter(room: &Room<'_>, sets: &[&str]) -> Result<f64, String> {
     let scene = room.scene("annulus", sets)?;
-    let replicates = if room.fidelity == FidelityLevel::Reduced && room.plan.quick { 8 } else { 16 };
-    let variations = perturbations(&scene, &EnsemblePlan::new(replicates, room.plan.seed));
+    let variations = perturbations(&scene, &EnsemblePlan::new(16, 1));
     let see = |_: usize, velocity: &Series| -> Result<f64, FeatureError> {
         Ok(velocity.values.iter().copied().fold(0.0, f64::max))
     };

@@ -1,9 +1,9 @@
 //! Where a case runs on one fidelity level: scenes, runs, and what every run is held against.
 
-use super::{Case, Check, Curve, FidelityLevel, Limit, StressOutcome, StressPlan};
-use granchain_calibration::predict::{
+use super::{Check, FidelityLevel, Limit};
+use granchain::study::{
     Bodies,
-    replicates::{self, Watch},
+    replicates::{self, Unwatched},
 };
 use granchain_model::{
     ModelError,
@@ -48,23 +48,16 @@ impl Balance {
 
 /// A case on one fidelity level.
 pub(super) struct Room<'a> {
-    pub plan: &'a StressPlan,
+    /// Overrides of every scene that uses their keys.
+    overrides: &'a [String],
     pub fidelity: FidelityLevel,
-    pub found: StressOutcome,
-    case: &'static Case,
+    pub checks: Vec<Check>,
     bodies: &'a Bodies,
-    watch: &'a dyn Watch,
 }
 
 impl<'a> Room<'a> {
-    pub fn new(
-        plan: &'a StressPlan,
-        case: &'static Case,
-        fidelity: FidelityLevel,
-        bodies: &'a Bodies,
-        watch: &'a dyn Watch,
-    ) -> Self {
-        Self { plan, fidelity, found: StressOutcome::default(), case, bodies, watch }
+    pub fn new(overrides: &'a [String], fidelity: FidelityLevel, bodies: &'a Bodies) -> Self {
+        Self { overrides, fidelity, checks: Vec::new(), bodies }
     }
 
     /// A built-in scene on this fidelity level, changed as `sets` says.
@@ -73,12 +66,11 @@ impl<'a> Room<'a> {
             FidelityLevel::Hertz => &["model.kind=chain", "contact.law=hertz"],
             FidelityLevel::FiniteBody => &["model.kind=chain", "contact.law=finite-body"],
             FidelityLevel::Reduced => &["model.kind=reduced"],
-            FidelityLevel::Fea if self.plan.quick => &["model.kind=fea", "model.mesh_density=8"],
             FidelityLevel::Fea => &["model.kind=fea"],
         };
         let text = |set: &&str| (*set).to_owned();
         let requested: Vec<String> = fidelity.iter().chain(sets).map(text).collect();
-        let all = [&requested[..], &self.plan.overrides[..]].concat();
+        let all = [&requested[..], self.overrides].concat();
         scene::load(name, &all).map_err(|error| error.to_string())
     }
 
@@ -89,12 +81,11 @@ impl<'a> Room<'a> {
 
     /// Run a scene with the piston moving as `motion`.
     pub fn run_with(&self, scene: &Scene, motion: &dyn PistonMotion) -> Result<Ran, String> {
-        let mut go_on = |_| !self.watch.stop();
         if self.fidelity == FidelityLevel::Fea {
             return self.analyse(scene, motion).map_err(|error| error.to_string());
         }
         let prepared = self.bodies.prepared(scene).map_err(|error| error.to_string())?;
-        let response = prepared.run_with(scene, motion, &mut go_on).map_err(|error| error.to_string())?;
+        let response = prepared.run_with(scene, motion, &mut |_| true).map_err(|error| error.to_string())?;
         Ok(Ran { response, contacts: None })
     }
 
@@ -106,9 +97,7 @@ impl<'a> Room<'a> {
         steps_per_period: u32,
         see: impl Fn(usize, &Series) -> Result<T, FeatureError> + Sync,
     ) -> Result<Vec<Result<T, String>>, String> {
-        // Passes on when to stop, not how many runs are done.
-        let watch = || self.watch.stop();
-        replicates::run(self.bodies, scene, variations, steps_per_period, Measurand::Velocity, &watch, see)
+        replicates::run(self.bodies, scene, variations, steps_per_period, Measurand::Velocity, &Unwatched, see)
             .map_err(|error| error.to_string())
     }
 
@@ -116,9 +105,6 @@ impl<'a> Room<'a> {
         let mut simulation = Simulation::with_motion(scene, Box::new(motion), Control::default())?;
         while !simulation.is_done() {
             simulation.advance()?;
-            if self.watch.stop() {
-                return Err(ModelError::Stopped { time: simulation.time() });
-            }
         }
         Ok(Ran { response: simulation.response(), contacts: Some(simulation.complementarity()) })
     }
@@ -155,13 +141,8 @@ impl<'a> Room<'a> {
         note: Option<String>,
     ) {
         let holds = measured.is_some_and(|measured| limit.holds(measured));
-        let (case, name, fidelity) = (self.case.number, self.case.name, self.fidelity);
-        self.found.checks.push(Check { case, name, fidelity, criterion, measured, limit, unit, holds, note });
-    }
-
-    /// A line of the case's figure.
-    pub fn curve(&mut self, label: impl Into<String>, points: Vec<(f64, f64)>) {
-        self.found.curves.push(Curve { case: self.case.number, label: label.into(), points });
+        let fidelity = self.fidelity;
+        self.checks.push(Check { fidelity, criterion, measured, limit, unit, holds, note });
     }
 
     /// What every run is held against: finite numbers, a balance of energy, no pull, no penetration.

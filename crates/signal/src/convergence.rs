@@ -1,6 +1,6 @@
 //! Self-convergence of a model: filtered velocities held against a refined run, the observed order, the lead of one pulse over another.
 
-use granchain_signal::Series;
+use crate::Series;
 
 /// Centred moving average over `length` (s): the trapezoid of the samples, over what there is of it at the ends.
 #[must_use]
@@ -46,7 +46,7 @@ pub fn error(velocity: &Series, reference: &Series, (from, to): (f64, f64)) -> f
 /// p of (h₁^p − h₃^p)/(h₂^p − h₃^p) = d₁/d₂ for h₁ > h₂ > h₃, between 0.1 and 8; none outside.
 ///
 /// ```
-/// # use granchain_validate::convergence::observed_order;
+/// # use granchain_signal::convergence::observed_order;
 /// let distance = |h: f64| 3.0 * (h.powi(2) - 0.02_f64.powi(2));
 /// let order = observed_order([0.1, 0.05, 0.02], [distance(0.1), distance(0.05)]);
 /// assert!((order.unwrap() - 2.0).abs() < 1e-9);

@@ -10,10 +10,9 @@
 
 mod count;
 mod experiment;
-mod record;
+pub mod record;
 
-pub(crate) use count::deviations;
-pub use count::{ExperimentCount, OwnCount, ParameterCoverage};
+pub use count::{ExperimentCount, OwnCount, ParameterCoverage, deviations, wilson};
 pub use experiment::{Experiment, OwnPlan};
 
 use std::{ops::Range, path::Path, sync::Arc};
@@ -24,20 +23,17 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use self::record::Instrument;
-use crate::laboratory::{
-    FINER, NAMES,
-    record::{FINE, MARGIN, shots},
-};
-use granchain_calibration::{
+use self::record::{FINE, Instrument, MARGIN, shots};
+use crate::{
     FittedCandidate, Plan, Problem, Schedule,
     bench::Bench,
+    candidate::Candidate,
     comparison::Comparison,
     drive::RecordedDrive,
+    engine::trace,
     fidelity::{Bodies, chain_below},
     fit::{Estimate, Verdict},
     forward::{Forward, Uncertainty},
-    measured::Measured,
     parameter::{Parameter, Target},
     predict::{
         self, EnsemblePlan,
@@ -45,16 +41,25 @@ use granchain_calibration::{
         prediction::PredictionError,
         replicates::Unwatched,
     },
-    recorded_run::{RecordedRunPlan, Source},
+    recorded_run::{RecordedRun, RecordedRunPlan, Source},
     refusal::Refusal,
     waveform::{QUANTILE, WaveformBound},
 };
-use granchain_model::scene::{Drive, DriveKind, ModelKind, Scene};
-use granchain_record::{Record, RecordKind, read_record, read_record_bytes};
+use granchain_model::scene::{Drive, DriveKind, Integrator, ModelKind, Scene};
+use granchain_record::{RecordKind, read_record, read_record_bytes};
 use granchain_signal::{Series, feature::Measurand};
+
+/// The files of a record: the horn's and the vibrometer's.
+pub const NAMES: [&str; 2] = ["horn_tip.csv", "vib.csv"];
+
+/// Mesh of a truth over that of its fit; a fit measures its own error on one 1.5 times as dense. One of 1.75 is no truth: its error moves α by 1 %.
+pub const FINER: f64 = 2.5;
 
 /// Most shots simulated for a record that is a mean, and their jitter, s.
 const SHOTS: (usize, f64) = (16, 0.2e-6);
+
+/// Step of a truth before water, s: half of that of a fit.
+const WATER_STEP: f64 = 1.25e-8;
 
 /// Distance of the seeds of two fits.
 const APART: u64 = 1000;
@@ -87,7 +92,8 @@ pub struct OwnFit {
 #[non_exhaustive]
 pub enum OwnBenchError {
     #[error(
-        "the plan: expected one velocity record, fitted by the chain or the reduced model, found {found}; take another plan, or --model reduced"
+        "the plan: expected records of benches or drive levels of their own, fitted by the chain or the reduced model, found {found}; take another plan, \
+         or --model reduced"
     )]
     Unsuitable { found: String },
     #[error(
@@ -104,17 +110,23 @@ pub enum OwnBenchError {
 /// The user's bench with its fit, ready to make records.
 pub struct OwnBench {
     plan: Plan,
-    bench: Bench,
-    comparison: Comparison,
-    uncertainty: Uncertainty,
+    measurand: Measurand,
+    recorded: Vec<Recorded>,
     fitted: FittedCandidate,
-    /// Record time minus model time, s.
-    offset: f64,
-    vibrometer: Instrument,
-    horn: Option<Instrument>,
     /// Accurate bodies of the truths.
     accurate: predict::Bodies,
     stop: Stop,
+}
+
+/// One record of the plan: its bench, and what recorded it.
+struct Recorded {
+    bench: Bench,
+    comparison: Comparison,
+    uncertainty: Uncertainty,
+    /// Record time minus model time, s.
+    offset: f64,
+    instrument: Instrument,
+    horn: Option<Instrument>,
 }
 
 /// Asked now and then whether to stop.
@@ -123,31 +135,24 @@ pub type Stop = Arc<dyn Fn() -> bool + Send + Sync>;
 /// An experiment, and the bodies of its fit above the chain.
 type On<'a> = (&'a Experiment, Option<&'a Bodies>);
 
-/// What two records of one bench have in common: values (unit coordinates), factors on mass and stiffness.
+/// What all records of one experiment have in common: values (unit coordinates), factors on mass and stiffness.
 type Common = Option<(Vec<f64>, f64, f64)>;
-
-/// The record of a problem whose bench can be made again.
-///
-/// # Errors
-/// [`OwnBenchError::Unsuitable`].
-pub fn record_of(problem: &Problem) -> Result<&Record, OwnBenchError> {
-    let found = match (&problem.lead().measured, problem.above.last()) {
-        _ if problem.recorded_runs.len() > 1 => format!("{} records", problem.recorded_runs.len()),
-        _ if problem.quantity != Measurand::Velocity => "a pressure".into(),
-        (_, Some(ModelKind::Fea)) => "finite elements".into(),
-        (Measured::Published(_), _) => "published values".into(),
-        (Measured::Record(measured), _) => return Ok(&measured.record),
-    };
-    Err(OwnBenchError::Unsuitable { found })
-}
 
 impl OwnBench {
     /// Fit the user's plan as `calibrate` does. `None` once `stop` says so.
     ///
     /// # Errors
-    /// A plan of other records, one that cannot be fitted, or one whose fit does not explain its record.
+    /// A plan that cannot be fitted, one whose records cannot be made again, or one whose fit does not explain its record.
     pub fn fit(plan: Plan, problem: &Problem, stop: Stop) -> Result<Option<Self>, OwnBenchError> {
-        record_of(problem)?;
+        let found = match problem.above.last() {
+            // What such shots share beside their bench is not drawn here.
+            _ if problem.lead().uncertainty.repeats > 1 => Some("several shots of one experiment"),
+            Some(ModelKind::Fea) => Some("finite elements"),
+            _ => None,
+        };
+        if let Some(found) = found {
+            return Err(OwnBenchError::Unsuitable { found: found.into() });
+        }
         let stopping = stop.clone();
         match problem.fit(Schedule { watch: Arc::new(move |_| !stopping()), ..Schedule::default() }) {
             Err(Refusal::Stopped) => Ok(None),
@@ -155,33 +160,28 @@ impl OwnBench {
         }
     }
 
-    /// The same of a fit that is made.
-    ///
-    /// # Errors
-    /// As [`OwnBench::fit`].
-    pub fn of(plan: Plan, problem: &Problem, fitted: &FittedCandidate, stop: Stop) -> Result<Self, OwnBenchError> {
-        let (lead, record) = (problem.lead(), record_of(problem)?);
+    fn of(plan: Plan, problem: &Problem, fitted: &FittedCandidate, stop: Stop) -> Result<Self, OwnBenchError> {
         if !fitted.fit.verdict.explains() {
             return Err(OwnBenchError::Unexplained { verdict: fitted.fit.verdict });
         }
         let (accurate, few) = (predict::Bodies::default(), EnsemblePlan::new(2, problem.seed));
-        let run = predict_measured(&lead.measured, &fitted.scene(0), &accurate, (&few, None), None, &Unwatched)?;
-        let horn = lead.bench.drive.as_ref().map(|drive| {
-            let record = read_record(&drive.input.path, RecordKind::HornTip, &drive.options)?;
-            Ok::<_, Refusal>(Instrument::of(record, None))
-        });
-        Ok(Self {
-            plan,
-            bench: lead.bench.clone(),
-            comparison: lead.comparison.clone(),
-            uncertainty: lead.uncertainty,
-            fitted: fitted.clone(),
-            offset: run.offset,
-            vibrometer: Instrument::of(record.clone(), Some(lead.comparison.noise_density)),
-            horn: horn.transpose()?,
-            accurate,
-            stop,
-        })
+        let recorded = |(number, of): (usize, &RecordedRun)| {
+            let run = predict_measured(&of.measured, &fitted.scene(number), &accurate, (&few, None), None, &Unwatched)?;
+            let horn = of.bench.drive.as_ref().map(|drive| {
+                let record = read_record(&drive.input.path, RecordKind::HornTip, &drive.options)?;
+                Ok::<_, Refusal>(Instrument::of(record, None))
+            });
+            Ok::<_, OwnBenchError>(Recorded {
+                bench: of.bench.clone(),
+                comparison: of.comparison.clone(),
+                uncertainty: of.uncertainty,
+                offset: run.offset,
+                instrument: Instrument::of(of.measured.record.clone(), Some(of.comparison.noise_density)),
+                horn: horn.transpose()?,
+            })
+        };
+        let recorded = problem.recorded_runs.iter().enumerate().map(recorded).collect::<Result<_, _>>()?;
+        Ok(Self { plan, measurand: problem.quantity, recorded, fitted: fitted.clone(), accurate, stop })
     }
 
     /// Make the records `part` of a plan; bound what they say, or fit them. `None` once it is stopped.
@@ -199,7 +199,7 @@ impl OwnBench {
         let alike = |a: &Experiment, b: &Experiment| a.set == b.set && a.misstated == b.misstated;
         for experiment in part.clone().map(|point| plan.experiment(point).1).filter(|_| above) {
             if prepared.iter().all(|(other, _)| !alike(other, experiment)) {
-                let scene = self.bench_of(experiment).scene_with(&experiment.misstated)?;
+                let scene = self.bench_of(0, experiment).scene_with(&experiment.misstated)?;
                 prepared.push((experiment, Bodies::new(&scene, None)?));
             }
         }
@@ -218,34 +218,37 @@ impl OwnBench {
         Ok(part.into_par_iter().map(make).collect())
     }
 
-    /// The true bench of an experiment, with the fitted law.
-    fn bench_of(&self, experiment: &Experiment) -> Bench {
-        let mut bench = self.bench.clone();
-        bench.overrides.push(format!("damping.kind={}", self.fitted.candidate.law));
+    /// The true bench of record `number` of an experiment, with the fitted law and mount.
+    fn bench_of(&self, number: usize, experiment: &Experiment) -> Bench {
+        let (mut bench, candidate) = (self.recorded[number].bench.clone(), &self.fitted.candidate);
+        bench.overrides.push(format!("damping.kind={}", candidate.law));
+        bench.overrides.extend(candidate.mount.map(|mount| format!("disc.rim={}", mount.name())));
         bench.overrides.extend(experiment.set.iter().cloned());
         if bench.drive.is_none() && experiment.level != 1.0 {
-            let amplitude = experiment.level * self.fitted.candidate.scene().drive.amplitude;
+            let amplitude = experiment.level * candidate.scenes[number].drive.amplitude;
             bench.overrides.push(format!("drive.amplitude={amplitude}"));
         }
         bench
     }
 
     /// A truth of an experiment, drawn from the posterior with everything that is not controlled: values of the parameters, the horn's motion, and the
-    /// accurate velocity as the vibrometer sees it, from the model's t = 0.
+    /// accurate velocity or pressure as its instrument sees it, from the model's t = 0.
     fn truth(
         &self,
+        number: usize,
         experiment: &Experiment,
         random: &mut ChaCha8Rng,
         common: &mut Common,
     ) -> Result<(Vec<f64>, Drive, Series), Refusal> {
+        let Recorded { comparison, uncertainty, offset, instrument, .. } = &self.recorded[number];
         let drawn = self.fitted.fit.posterior.draw(1.0, random);
         let mut normal = || -> f64 { StandardNormal.sample(random) };
-        let [mass, gain] = [self.uncertainty.mass, self.uncertainty.sensitivity].map(|sigma| (sigma * normal()).exp());
+        let [mass, gain] = [uncertainty.mass, uncertainty.sensitivity].map(|sigma| (sigma * normal()).exp());
         let (drawn, mass, stiffness) = match common.take() {
             Some((at, mass, stiffness)) => (at, mass, Some(stiffness)),
             None => (drawn, mass, None),
         };
-        let mut scene = self.bench_of(experiment).scene_with(&[])?;
+        let mut scene = self.bench_of(number, experiment).scene_with(&[])?;
         if let DriveKind::Record { displacement, .. } = &mut scene.drive.kind {
             displacement.values.iter_mut().for_each(|x| *x *= experiment.level);
         }
@@ -254,19 +257,23 @@ impl OwnBench {
         // A record determines forces over the mass of the beads.
         let over = |it: &Parameter| if it.target.is_force() { mass } else { 1.0 };
         let at: Vec<f64> = parameters.iter().zip(&values).map(|(it, value)| it.coordinate(value / over(it))).collect();
-        let mut unknown = self.uncertainty;
+        let mut unknown = *uncertainty;
         if !self.plan.uncertainty.contains_key("baseline") {
             // The noise of the horn's record moves its rest.
             unknown.baseline = 0.0;
         }
         let (chain, watch) = (chain_below(&scene), Arc::new(|_| true));
-        let forward = Forward::new(&chain, None, parameters.clone(), self.comparison.clone(), unknown, 0, watch)?;
+        let forward = Forward::new(&chain, None, parameters.clone(), comparison.clone(), unknown, 0, watch)?;
         let mut variation = forward.variation(&at, random);
         variation.shaken.clear();
         variation.modulus_factor = stiffness.unwrap_or(variation.modulus_factor);
         *common = Some((drawn, mass, variation.modulus_factor));
         scene.output_step = 1.0 / (scene.drive.frequency * FINE as f64);
-        let end = self.vibrometer.record.series.end() - self.offset + MARGIN;
+        if self.measurand == Measurand::Pressure {
+            scene.model.integrator = Integrator::Symplectic { step: WATER_STEP };
+            scene.output_step = 2.0 * WATER_STEP;
+        }
+        let end = instrument.record.series.end() - offset + MARGIN;
         scene.duration = (end.max(MARGIN) / scene.output_step).ceil() * scene.output_step;
         if scene.model.kind == ModelKind::Reduced {
             scene.model.reduced.step = 0.5 * scene.output_step;
@@ -277,41 +284,48 @@ impl OwnBench {
         let prepared = self.accurate.prepared(&varied)?;
         let run = |varied: &Scene| {
             let response = prepared.run(varied, &mut |_| !(self.stop)())?;
-            Ok(variation.on_the_record(response.observed_velocity().clone(), scene.samples()))
+            Ok(variation.on_the_record(trace(response, self.measurand)?, scene.samples()))
         };
-        let averages = Some(self.vibrometer.record.averages).filter(|count| *count > 1);
-        let scale = if varied.chain.precompression > 0.0 { 0.0 } else { self.uncertainty.gap };
+        let averages = Some(instrument.record.averages).filter(|count| *count > 1);
+        let scale = if varied.chain.precompression > 0.0 { 0.0 } else { uncertainty.gap };
         let averages = averages.map(|count| (count.min(SHOTS.0), SHOTS.1));
-        let velocity = shots(&varied, (averages, scale), random, &run)?.map(|v| gain * v);
-        Ok((values, scene.drive, velocity))
+        let seen = shots(&varied, (averages, scale), random, &run)?.map(|v| gain * v);
+        Ok((values, scene.drive, seen))
     }
 
-    /// The files of an experiment, read, with the true values behind them.
+    /// The files of record `number` of an experiment, read, with the true values behind them.
     fn recorded(
         &self,
+        number: usize,
         experiment: &Experiment,
         random: &mut ChaCha8Rng,
         common: &mut Common,
     ) -> Result<(Vec<f64>, RecordedRunPlan), Refusal> {
-        let (values, drive, velocity) = self.truth(experiment, random, common)?;
+        let Recorded { bench: own, offset, instrument, horn, .. } = &self.recorded[number];
+        let (values, drive, motion) = self.truth(number, experiment, random, common)?;
+        let step = motion.step;
         let parameters = &self.fitted.fit.parameters;
         let bandwidth = parameters.iter().zip(&values).find(|(it, _)| it.target == Target::Bandwidth);
-        let seen = self.vibrometer.at_rest_before(&velocity, self.offset);
-        let seen = self.vibrometer.filtered(&seen, (drive.frequency, bandwidth.map(|(_, value)| *value)), random);
+        let seen = instrument.at_rest_before(&motion, *offset);
+        let seen = instrument.filtered(&seen, (drive.frequency, bandwidth.map(|(_, value)| *value)), random);
         // Where between two samples the trigger falls.
-        let trigger = self.offset + random.random_range(-0.5..0.5) * self.vibrometer.record.series.step;
-        let (bytes, mut options) = self.vibrometer.file(&seen, trigger, random);
+        let trigger = offset + random.random_range(-0.5..0.5) * instrument.record.series.step;
+        let (bytes, mut options) = instrument.file(&seen, trigger, random);
         options.drive_frequency = options.drive_frequency.or(Some(drive.frequency));
         let [horn_name, name] = NAMES.map(Path::new);
-        let record = read_record_bytes(name, &bytes, Some(RecordKind::Vibrometer), &options)?;
-        let mut bench = self.bench_of(experiment);
+        let kind = match self.measurand {
+            Measurand::Velocity => RecordKind::Vibrometer,
+            Measurand::Pressure => RecordKind::Hydrophone,
+        };
+        let record = read_record_bytes(name, &bytes, Some(kind), &options)?;
+        let mut bench = self.bench_of(number, experiment);
         bench.overrides.extend(experiment.misstated.iter().cloned());
-        if let (Some(horn), Some(recorded)) = (&self.horn, &self.bench.drive) {
+        if let (Some(horn), Some(recorded)) = (horn, &own.drive) {
             let (motion, origin) = (drive.motion(1.0), recorded.motion.origin);
-            let count = ((horn.record.series.end() - origin + MARGIN) / velocity.step).ceil() as usize;
-            let at = |index: usize| motion.at(index as f64 * velocity.step);
+            let count = ((horn.record.series.end() - origin + MARGIN) / step).ceil() as usize;
+            let at = |index: usize| motion.at(index as f64 * step);
             let seen = (0..count).map(|index| if horn.sees_velocity() { at(index).1 } else { at(index).0 }).collect();
-            let motion = horn.at_rest_before(&Series::new(0.0, velocity.step, seen), origin);
+            let motion = horn.at_rest_before(&Series::new(0.0, step, seen), origin);
             let (bytes, options) = horn.file(&motion, origin, random);
             bench.drive = Some(RecordedDrive::of_bytes_at_plateau(horn_name, &bytes, &options)?);
         }
@@ -324,21 +338,24 @@ impl OwnBench {
         // The same truths, noise and seeds in every experiment: what differs between them is due to the experiments.
         let random = &mut ChaCha8Rng::seed_from_u64(plan.seed);
         random.set_stream(made.number + 1);
-        let (mut common, mut recorded) = (None, Vec::new());
-        if experiment.added {
-            recorded.push(self.recorded(&Experiment::as_recorded(), random, &mut common)?.1);
+        let (mut common, mut recorded, mut values) = (None, Vec::new(), Vec::new());
+        let as_recorded = experiment.added.then(Experiment::as_recorded);
+        for experiment in as_recorded.iter().chain([experiment]) {
+            for number in 0..self.recorded.len() {
+                let (own, shot) = self.recorded(number, experiment, random, &mut common)?;
+                recorded.push(shot);
+                values = own;
+            }
         }
-        let (values, latest) = self.recorded(experiment, random, &mut common)?;
-        recorded.push(latest);
         let parameters = &self.fitted.fit.parameters;
         made.values = parameters.iter().zip(&values).map(|(it, value)| (it.name.clone(), *value)).collect();
         let seed = self.plan.seed.unwrap_or_default().wrapping_add(APART * (made.number + 1));
         let damping = self.plan.damping.clone().filter(|_| experiment.wrong.is_none());
         let definition = Plan { seed: Some(seed), damping, ..self.plan.clone() };
         let problem = Problem::of(&definition, recorded)?;
-        let law = &self.fitted.candidate.law;
-        let candidate = problem.candidates.iter().find(|it| it.law == *law).unwrap_or(&problem.candidates[0]);
-        if experiment.wrong.is_none() {
+        let own = |it: &&Candidate| it.law == self.fitted.candidate.law && it.mount == self.fitted.candidate.mount;
+        let candidate = problem.candidates.iter().find(own).unwrap_or(&problem.candidates[0]);
+        if experiment.wrong.is_none() && self.measurand == Measurand::Velocity {
             let deviation = |it: &Estimate| 0.5 * (it.high / it.low).ln() / QUANTILE;
             let deviations: Vec<f64> = self.fitted.fit.estimates.iter().map(deviation).collect();
             made.bound = problem.bound(candidate, bodies, (&values, &deviations));
@@ -349,7 +366,7 @@ impl OwnBench {
         }
         let stop = self.stop.clone();
         let fitted = problem.fit(Schedule { bodies, watch: Arc::new(move |_| !stop()), ..Schedule::default() })?;
-        let (best, own) = (fitted.best(), fitted.candidates.iter().find(|it| it.candidate.law == *law));
+        let (best, own) = (fitted.best(), fitted.candidates.iter().find(|it| own(&&it.candidate)));
         let fit = &own.unwrap_or(best).fit;
         let rank = |(d, value): (usize, &f64)| fit.posterior.rank(d, fit.parameters[d].coordinate(*value));
         made.fit = Some(Ok(OwnFit {

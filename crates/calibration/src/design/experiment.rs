@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use granchain_calibration::Problem;
+use crate::Problem;
 use granchain_model::scene::{DampingKind, Support};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -27,12 +27,10 @@ pub(super) fn examine(room: &mut Room<'_>) {
     let small = ["chain.override=[{bead=3, radius=\"0.05 mm\"}]"];
     let patch: &[&str] = if step.is_empty() { &[] } else { &["model.contact_patch=0.4"] };
     run(room, "one bead of a tenth of the radius", &[&small[..], step, patch].concat());
-    let most = match (room.fidelity, room.plan.quick) {
-        (FidelityLevel::Hertz, _) => 1000,
-        (FidelityLevel::FiniteBody, _) => 200,
-        (FidelityLevel::Reduced, _) => 40,
-        (FidelityLevel::Fea, true) => 10,
-        (FidelityLevel::Fea, false) => 40,
+    let most = match room.fidelity {
+        FidelityLevel::Hertz => 1000,
+        FidelityLevel::FiniteBody => 200,
+        FidelityLevel::Reduced | FidelityLevel::Fea => 40,
     };
     for beads in [2, most] {
         run(room, &format!("{beads} beads"), &[&format!("chain.beads={beads}")]);

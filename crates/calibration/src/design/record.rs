@@ -4,17 +4,65 @@
 //! motion ─ filter ─ anti-alias filter ─ the record's own samples ─ noise, converter, clipping, offset ─ file, and how it is read
 //! ```
 
+use std::fmt::Write;
+
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::laboratory::record::{ANTI_ALIAS, MARGIN, csv};
-use granchain_calibration::observation::{Fall, Passband, clip};
+use crate::observation::{Fall, Passband, clip};
+use granchain_model::{ModelError, scene::Scene};
 use granchain_record::{Masking, ReadOptions, Record, RecordedQuantity};
 use granchain_signal::{
     FlickerSource, LowPass, NoiseSpectrum, Series,
     spline::{Ends, Spline},
 };
+
+/// Samples a drive period of the truth: a whole number, so that periods are compared sample by sample.
+pub const FINE: usize = 256;
+
+/// Simulated beyond both ends of a record, s: room for filters and triggers.
+pub const MARGIN: f64 = 30e-6;
+
+/// Cutoff of an oscilloscope's anti-alias filter over the sample rate.
+pub const ANTI_ALIAS: f64 = 0.45;
+
+/// What the bead does in one shot, or in the mean of several, each with gaps (half-normal, of this scale in m) of its own and this jitter (s).
+pub fn shots(
+    truth: &Scene,
+    (averages, scale): (Option<(usize, f64)>, f64),
+    random: &mut ChaCha8Rng,
+    run: &dyn Fn(&Scene) -> Result<Series, ModelError>,
+) -> Result<Series, ModelError> {
+    let mut mean = run(truth)?;
+    let Some((count, jitter)) = averages else { return Ok(mean) };
+    for _ in 1..count {
+        let mut scene = truth.clone();
+        scene.chain.gaps.iter_mut().for_each(|gap| {
+            let normal: f64 = StandardNormal.sample(random);
+            *gap = scale * normal.abs();
+        });
+        let late: f64 = StandardNormal.sample(random);
+        let shot = Spline::new(&run(&scene)?, Ends::Natural);
+        let (start, step, end) = (mean.start, mean.step, mean.end());
+        for (index, value) in mean.values.iter_mut().enumerate() {
+            *value += shot.at((start + index as f64 * step - jitter * late).clamp(start, end)).0;
+        }
+    }
+    Ok(mean.map(|value| value / count as f64))
+}
+
+/// A file in µs and `unit`: six digits below its peak.
+pub fn csv(series: &Series, later: f64, (factor, column): (f64, &str), head: &[String]) -> Vec<u8> {
+    let peak = (factor * series.peak()).max(f64::MIN_POSITIVE);
+    let digits = (6 - peak.log10().floor() as i32).clamp(2, 12) as usize;
+    let mut text: String = head.iter().map(|line| format!("# {line}\n")).collect();
+    let _ = writeln!(text, "time_us,{column}");
+    for (index, value) in series.values.iter().enumerate() {
+        let _ = writeln!(text, "{:.4},{:.digits$}", 1e6 * (series.time(index) + later), factor * value);
+    }
+    text.into_bytes()
+}
 
 /// The instrument of one measured record.
 #[derive(Debug)]
@@ -86,7 +134,11 @@ impl Instrument {
             *value += record.baseline;
             *value = step.map_or(*value, |step| (*value / step).round() * step);
         });
-        let column = if self.sees_velocity() { (1e3, "velocity_mm_per_s") } else { (1e9, "displacement_nm") };
+        let column = match record.recorded {
+            RecordedQuantity::Displacement => (1e9, "displacement_nm"),
+            RecordedQuantity::Velocity => (1e3, "velocity_mm_per_s"),
+            RecordedQuantity::Pressure => (1.0, "pressure_pa"),
+        };
         (csv(&Series::new(own.start, own.step, values), record.delay, column, &[]), self.options())
     }
 
