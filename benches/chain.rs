@@ -33,7 +33,6 @@ fn rigid(beads: usize, integrator: Integrator) -> Scene {
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),
         water: None,
-        materials: Vec::new(),
         damping: Damping {
             kind: DampingKind::None,
             coefficients: DampingCoefficients::default(),

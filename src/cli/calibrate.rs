@@ -122,8 +122,6 @@ pub struct Job {
     pub(super) program: String,
     /// The plan and the bench file, where there are such, by role.
     plans: Vec<(&'static str, Input)>,
-    /// The mesh files of all scenes as they were before the first run.
-    meshes: Vec<Input>,
     /// Whether an answer that does not explain the record is a failure.
     strict: bool,
     /// The merged plan, and the number of synthetic records with which coverage is counted.
@@ -199,11 +197,8 @@ pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -
         record_of(&problem).map_err(|error| usage(format!("--coverage: {error}")))?;
     }
     let coverage = arguments.coverage.map(|count| (plan, count));
-    let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
-    let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
-    let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
     let strict = arguments.strict;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict, coverage })
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, strict, coverage })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

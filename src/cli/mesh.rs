@@ -114,7 +114,7 @@ fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
         let (bodies, exact) = match beads.first() {
             Some(&first) => {
                 let bead = &scene.chain.beads[first];
-                (named(&beads), bead.mesh.is_none().then(|| bead.mass()))
+                (named(&beads), Some(bead.mass()))
             }
             None => ("support".to_owned(), support_mass(scene)),
         };

@@ -212,7 +212,6 @@ pub fn in_words(scene: &Scene) -> String {
         Support::Foundation { .. } => "plate on a half-space",
         Support::Disc { .. } if scene.water.is_some() => "disc on water",
         Support::Disc { .. } => "disc in vacuum",
-        Support::Body { .. } => "meshed body",
         Support::Free => "free end",
     };
     format!(

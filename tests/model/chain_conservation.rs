@@ -24,7 +24,6 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         amplitude_scale: 1.0,
         support,
         water: None,
-        materials: Vec::new(),
         damping: Damping {
             kind,
             coefficients: [(DampingTerm::Linear, 0.3), (DampingTerm::KuwabaraKono, 3660.0)].into(),

@@ -30,7 +30,6 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         amplitude_scale: 1.0,
         support,
         water: None,
-        materials: Vec::new(),
         damping: Damping { kind, coefficients, placement: DampingPlacement::All, tension: false },
         contact_law: ContactLaw::Hertz,
         yield_strength: None,

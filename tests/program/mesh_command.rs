@@ -64,22 +64,6 @@ fn a_folder_holds_three_figures_twice_the_table_and_the_mesh() {
 }
 
 #[test]
-fn an_own_body_takes_the_place_of_a_bead() {
-    let place = tempfile::tempdir().unwrap();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes/bead-triangles.msh");
-    let scene = place.path().join("own.toml");
-    let text = format!("extends = \"rigid\"\n[[chain.override]]\nbead = 2\nmesh = {file:?}\nmesh_unit = \"1 mm\"\n");
-    fs::write(&scene, format!("{text}\n[model]\nkind = \"fea\"\n")).unwrap();
-    let own = summary(&["--scene", scene.to_str().unwrap()]);
-    let kinds = own["kinds"].as_array().unwrap();
-    let bodies: Vec<_> = kinds.iter().map(|kind| kind["bodies"].as_str().unwrap()).collect();
-    assert_eq!(bodies, ["beads 1, 3, 4, 5, 6", "bead 2"]);
-    // Its exact shape is not known.
-    assert!(kinds[1]["mass_error"].is_null());
-    assert!((kinds[1]["mass_kg"].as_f64().unwrap() / 4.101_349_209e-6 - 1.0).abs() < 1e-3);
-}
-
-#[test]
 fn what_cannot_be_meshed_is_refused() {
     let failed = |flags: &[&str], code: i32, said: &str| {
         let output = mesh(flags);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use granchain::scene::{
     self, AnnulusShape, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
-    Integrator, Loaded, Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
+    Integrator, Loaded, Material, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
 };
 
 fn loaded(name: &str, overrides: &[&str]) -> Result<Loaded, SceneError> {
@@ -165,7 +165,7 @@ fn a_step_that_does_not_divide_the_output_step_is_shortened_and_said() {
 
 #[test]
 fn a_change_of_model_drops_what_only_the_other_uses() {
-    let own = "extends = \"annulus\"\n[chain]\nmesh = \"bead.msh\"\noverride = [{ bead = 2, mesh = \"b.msh\", radius = 4e-4 }]\n\
+    let own = "extends = \"annulus\"\n[chain]\noverride = [{ bead = 2, radius = 4e-4 }]\n\
                [support]\nnormal = \"moving\"\n[model]\nkind = \"fea\"\nintegrator = \"newmark\"\n\
                numerical_dissipation = 0.1\nstep = \"50 ns\"\nmesh_density = 8";
     let read = |overrides: &[&str]| {
@@ -174,10 +174,9 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
     };
     let fea = read(&[]);
     assert_eq!(fea.model.fea.step, 50e-9);
-    assert_eq!(fea.chain.beads[1].mesh.as_ref().unwrap().path, Path::new("bench/b.msh"));
     let chain = read(&["model.kind=chain"]);
     assert_eq!(chain.model, overridden("annulus", &[]).model);
-    assert_eq!((chain.chain.beads[1].radius, &chain.chain.beads[1].mesh), (4e-4, &None));
+    assert_eq!(chain.chain.beads[1].radius, 4e-4);
     assert_eq!(chain.support, Support::resin_annulus(1.0));
     let trapezoid = read(&["model.integrator=trapezoid"]).model.fea;
     assert_eq!((trapezoid.scheme, trapezoid.step, trapezoid.density), (Scheme::Trapezoid, 50e-9, 8));
@@ -190,7 +189,7 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
 
 #[test]
 fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
-    for key in ["model.modes=2", "model.contact_mass=massless", "support.normal=fixed", "chain.mesh=bead.msh"] {
+    for key in ["model.modes=2", "model.contact_mass=massless", "support.normal=fixed"] {
         let message = refusal("annulus", &[key]);
         assert!(message.contains("has no effect with `model.kind = \"chain\"`"), "{message}");
         let owner = if key.contains("modes") { "reduced" } else { "fea" };
@@ -198,8 +197,6 @@ fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
     }
     let unfitted = refusal("annulus", &["model.mesh_density=8"]);
     assert!(unfitted.contains("it belongs to `contact.law = \"finite-body\"`"), "{unfitted}");
-    let bead = refusal("rigid", &["chain.override=[{bead=2,mesh=\"b.msh\"}]"]);
-    assert!(bead.contains("`chain.override.mesh` has no effect with `model.kind = \"chain\"`"), "{bead}");
     assert!(
         refusal("rigid", &["model.kind=fea", "model.tolerance=1e-9"])
             .contains("it belongs to `model.kind = \"chain\"`")
@@ -217,26 +214,18 @@ fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
 }
 
 #[test]
-fn mesh_files_are_named_for_all_beads_for_one_and_for_the_support() {
-    let own = "extends = \"annulus\"\n[chain]\nmesh = \"bead.msh\"\nmesh_unit = \"1 mm\"\n\
-               override = [{ bead = 2, mesh = \"/lab/b.msh\", mesh_unit = \"1 um\" }, { bead = 3, radius = 4e-4 }]\n\
-               [support]\nkind = \"body\"\nmesh = \"ring.msh\"\nmaterial = \"glass\"\n[model]\nkind = \"fea\"\n\
-               [materials.glass]\nyoungs_modulus = 7e10\npoissons_ratio = 0.2\ndensity = 2500";
-    let scene = load_text(own, Path::new("bench/own.toml"), &[]).unwrap().scene;
-    let file = |path: &str, unit| MeshFile { path: path.into(), unit };
-    assert_eq!(scene.chain.beads[0].mesh, Some(file("bench/bead.msh", 1e-3)));
-    assert_eq!(scene.chain.beads[1].mesh, Some(file("/lab/b.msh", 1e-6)));
-    assert_eq!(scene.chain.beads[2].mesh, Some(file("bench/bead.msh", 1e-3)));
-    let Support::Body { mesh, material, normal } = &scene.support else { panic!("{:?}", scene.support) };
-    assert_eq!((mesh, &*material.name, *normal), (&file("bench/ring.msh", 1.0), "glass", ContactNormal::Fixed));
-    let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    assert_eq!(
-        names,
-        ["acrylic", "aluminium", "chrome-steel", "glass", "resin", "titanium", "tungsten-carbide", "vitreous-carbon"]
-    );
-    assert!(on(&scene).contains(&"bodies from mesh files"));
-    // Nothing is carried along where no body is a file.
-    assert_eq!(overridden("annulus", &["model.kind=fea"]).materials, []);
+fn bodies_of_gmsh_files_are_answered_with_what_to_write_instead() {
+    let bead = "a bead is a sphere of its `radius`, meshed as finely as `model.mesh_density` says";
+    for key in ["chain.mesh", "chain.mesh_unit"] {
+        let message = refusal("rigid", &["model.kind=fea", &format!("{key}=bead.msh")]);
+        assert_eq!(message, format!("--set {key}=bead.msh: `{key}`: bodies of Gmsh files are gone: {bead}"));
+    }
+    let message = refusal("rigid", &["chain.override=[{bead=2,mesh=\"b.msh\"}]"]);
+    assert!(message.ends_with(&format!("`chain.override.mesh`: bodies of Gmsh files are gone: {bead}")), "{message}");
+    for set in ["support.kind=body", "support.mesh=ring.msh", "support.mesh_unit=1 mm"] {
+        let message = refusal("annulus", &["model.kind=fea", set]);
+        assert!(message.contains("write `support.kind = \"annulus\"` with `support.ring_radius`"), "{message}");
+    }
 }
 
 #[test]
@@ -293,9 +282,4 @@ fn a_ring_is_its_own_where_the_law_of_the_papers_does_not_hold() {
     assert_eq!(shape(&[]), AnnulusShape::published());
     let given = ["support.ring_radius=2 mm", "support.section_radius=0.8 mm", "chain.radius=1.5 mm"];
     assert_eq!(shape(&given), AnnulusShape { ring_radius: 2e-3, section_radius: 0.8e-3 });
-    assert!(refusal("annulus", &["model.kind=fea", "support.kind=body"]).contains("`support.mesh` is missing"));
-    assert!(refusal("annulus", &["support.kind=body"]).contains("expected a support with a force law"));
-    assert!(
-        refusal("rigid", &["model.kind=fea", "chain.mesh_unit=1mm"]).contains("expected this key beside `chain.mesh`")
-    );
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 use granchain::scene::{
     Absorption, AnnulusShape, Baffle, Bead, Chain, ContactLaw, ContactMass, ContactNormal, DEFAULT_SLIP_VELOCITY,
     DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm, DiscShape, Drive, DriveKind, Elements,
-    FeaSettings, FieldPoint, FlatContact, Holder, Horn, Integrator, Limits, Material, MaterialLoss, Medium, MeshFile,
-    ModelKind, ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Sensor, Support, Water,
-    WaterMesh, WaterMethod, WaterSettings, load_text,
+    FeaSettings, FieldPoint, FlatContact, Holder, Horn, Integrator, Limits, Material, MaterialLoss, Medium, ModelKind,
+    ModelSettings, Plate, ReducedSettings, Relaxation, Rim, Scene, Scheme, Sensor, Support, Water, WaterMesh,
+    WaterMethod, WaterSettings, load_text,
 };
 use proptest::prelude::*;
 
@@ -156,9 +156,6 @@ struct Analysis {
     /// Steps an output sample.
     steps: u32,
     normal: ContactNormal,
-    /// Bit b: bead b + 1 has its own mesh; bit 9: the support has.
-    meshed: u32,
-    same_mesh: bool,
     resin: Material,
 }
 
@@ -168,25 +165,21 @@ fn analyses() -> impl Strategy<Value = Analysis> {
         (0.0..0.333f64).prop_map(|dissipation| Scheme::HilberHughesTaylor { dissipation }),
         (0.0..0.5f64).prop_map(|dissipation| Scheme::Newmark { dissipation }),
     ];
-    let flags = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>());
-    (2..99u32, scheme, flags, 1..9u32, 0..1024u32, materials(), 0..99u32, 0.01..0.5f64).prop_map(
-        |(density, scheme, (mixed, consistent, moving, same_mesh), steps, meshed, resin, modes, contact_patch)| {
-            Analysis {
-                modes,
-                fea: FeaSettings {
-                    density,
-                    contact_patch,
-                    scheme,
-                    elements: if mixed { Elements::Mixed } else { Elements::Quadrilaterals },
-                    contact_mass: if consistent { ContactMass::Consistent } else { ContactMass::Massless },
-                    ..FeaSettings::default()
-                },
-                steps,
-                normal: if moving { ContactNormal::Moving } else { ContactNormal::Fixed },
-                meshed,
-                same_mesh,
-                resin,
-            }
+    let flags = (any::<bool>(), any::<bool>(), any::<bool>());
+    (2..99u32, scheme, flags, 1..9u32, materials(), 0..99u32, 0.01..0.5f64).prop_map(
+        |(density, scheme, (mixed, consistent, moving), steps, resin, modes, contact_patch)| Analysis {
+            modes,
+            fea: FeaSettings {
+                density,
+                contact_patch,
+                scheme,
+                elements: if mixed { Elements::Mixed } else { Elements::Quadrilaterals },
+                contact_mass: if consistent { ContactMass::Consistent } else { ContactMass::Massless },
+                ..FeaSettings::default()
+            },
+            steps,
+            normal: if moving { ContactNormal::Moving } else { ContactNormal::Fixed },
+            resin,
         },
     )
 }
@@ -201,34 +194,9 @@ fn analyse(scene: &mut Scene, analysis: Analysis) {
     } else {
         scene.model.fea = FeaSettings { step, ..analysis.fea };
     }
-    let file = |number: usize| MeshFile {
-        path: format!("/lab/mesh {number}.msh").into(),
-        unit: [1e-3, 1.0, 0.0254][number % 3],
-    };
-    for (index, bead) in scene.chain.beads.iter_mut().enumerate() {
-        if analysis.same_mesh || analysis.meshed >> index & 1 == 1 {
-            bead.mesh = Some(file(if analysis.same_mesh { 0 } else { index }));
-        }
-    }
-    let own_support = analysis.meshed >> 9 & 1 == 1;
-    if own_support {
-        scene.support = Support::Body { mesh: file(99), material: analysis.resin, normal: analysis.normal };
-    } else if let Support::Annulus { material, normal, .. } = &mut scene.support {
+    if let Support::Annulus { material, normal, .. } = &mut scene.support {
         *material = analysis.resin;
         *normal = analysis.normal;
-    }
-    if own_support || scene.chain.beads.iter().any(|bead| bead.mesh.is_some()) {
-        // What mesh files may name: all there are.
-        let of_support = match &scene.support {
-            Support::Annulus { material, .. } | Support::Body { material, .. } => Some(material),
-            Support::Disc { shape, .. } => Some(&shape.material),
-            Support::Foundation { plate: Some(plate), .. } => Some(&plate.material),
-            _ => None,
-        };
-        let all = scene.chain.beads.iter().map(|bead| &bead.material).chain(of_support).cloned();
-        scene.materials = all.chain(Material::all_built_in()).collect();
-        scene.materials.sort_by(|one, other| one.name.cmp(&other.name));
-        scene.materials.dedup_by(|one, other| one.name == other.name);
     }
 }
 
@@ -261,7 +229,7 @@ fn affect(scene: &mut Scene, (which, one, other): (u32, f64, f64)) {
     let is_ring = matches!(scene.support, Support::Annulus { .. });
     if !is_chain {
         scene.loss.beads = given(8, one);
-        if is_ring || matches!(scene.support, Support::Body { .. }) {
+        if is_ring {
             scene.loss.support = given(9, other);
         }
     }
@@ -307,7 +275,6 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 amplitude_scale,
                 support,
                 water: None,
-                materials: Vec::new(),
                 damping,
                 contact_law: ContactLaw::Hertz,
                 yield_strength: None,

@@ -47,29 +47,6 @@ fn mass_at_the_contact_nodes_turns_the_step_case_red() {
 }
 
 #[test]
-fn a_force_that_is_averaged_says_so_and_is_judged_sample_by_sample_too() {
-    let outcome = examined(&[15], &[]);
-    let of = |fidelity: FidelityLevel, words: &str| {
-        outcome
-            .checks
-            .iter()
-            .filter(|check| check.fidelity == fidelity && check.criterion.contains(words))
-            .collect::<Vec<_>>()
-    };
-    let (averaged, raw) = (
-        of(FidelityLevel::Reduced, "mean over 0.4 µs"),
-        of(FidelityLevel::Reduced, "sample by sample: largest oscillation"),
-    );
-    assert!(averaged.len() == 1 && raw.len() == 1 && of(FidelityLevel::Fea, "mean over 0.4 µs").is_empty());
-    assert!(raw[0].holds && raw[0].measured > averaged[0].measured, "{raw:?}");
-    // The figure's curve is the raw one.
-    let curve = outcome.curves.iter().find(|curve| curve.case == 15 && curve.label == "reduced").unwrap();
-    let inside = curve.points.iter().filter(|(time, _)| (0.1..0.9).contains(time));
-    let wander = inside.map(|(_, force)| (force - 1.0).abs()).fold(0.0, f64::max);
-    assert!((wander - raw[0].measured.unwrap()).abs() < 1e-12, "{wander}");
-}
-
-#[test]
 fn what_cannot_run_is_a_check_that_does_not_hold() {
     let outcome = examined(&[6], &["chain.gaps=1 m"]);
     assert!(!outcome.checks.is_empty() && outcome.broken().count() == outcome.checks.len());

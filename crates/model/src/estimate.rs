@@ -27,7 +27,6 @@ impl Estimate {
     ///   1000 of a disc and its water
     /// - the adaptive integrator of the chain chooses its steps: one an output sample is counted here, and how many its contacts need when they are
     ///   known
-    /// - bodies of mesh files are counted as those made here
     ///
     /// ```
     /// use granchain_model::{Estimate, scene};

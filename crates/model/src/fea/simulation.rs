@@ -5,6 +5,8 @@
 //! allocated in it. A step without a solution, or one in which contacts make energy from nothing, leaves no trace: it is tried again as two
 //! steps of half the size, whose factor is made when it is first needed and kept.
 
+#[cfg(test)]
+mod bar;
 mod snapshot;
 mod warnings;
 
@@ -22,7 +24,7 @@ use super::{
     loss::refuse_losses,
     motion::Motion,
     operator::{Interfaces, Operator},
-    profile::Profile,
+    profile::{Laps, Profile},
     resolution,
     scheme::Coefficients,
     trace::{Sampling, Trace, Watched},
@@ -114,13 +116,24 @@ impl<'a> Simulation<'a> {
     }
 
     pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
-        let mut profile = Profile::default();
-        let mut lap = profile.start();
+        let lap = Profile::default().start();
         refuse_losses(scene)?;
         if let Some((_, what)) = scene.beyond_model() {
             return Err(FeaError::BeyondModel { what });
         }
         let arrangement = Arrangement::new(scene)?;
+        Self::of(arrangement, scene, drive, control, lap)
+    }
+
+    /// Of bodies that are meshed already, since `lap` began.
+    fn of(
+        arrangement: Arrangement,
+        scene: &Scene,
+        drive: Box<dyn PistonMotion + 'a>,
+        control: Control,
+        mut lap: Laps,
+    ) -> Result<Self, FeaError> {
+        let mut profile = Profile::default();
         resolution::check(
             scene,
             arrangement.pairs.iter().filter(|pair| pair.ring.is_none()).map(|pair| &pair.gaps[..]),

@@ -192,8 +192,7 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
         digest.update(format!("bead {kind} {:x}\n", bead.radius.to_bits()));
         if kind == known.len() {
             known.push(bead);
-            let (mesh, materials) = bead_mesh(bead, &scene)?;
-            add(&mut digest, &mesh, &materials);
+            add(&mut digest, &bead_mesh(bead, &scene).map_err(FeaError::from)?, &bead.material);
         }
     }
     digest.update(format!("piston {:?}\n", scene.piston));
@@ -206,13 +205,13 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
         (None, None, normal) => normal.map_or_else(String::new, |normal| format!("body with a {normal:?} normal")),
     };
     digest.update(format!("support {support}\n"));
-    if let Some((mesh, materials)) = support_mesh(&scene)? {
-        add(&mut digest, &mesh, &materials);
+    if let Some((mesh, material)) = support_mesh(&scene)? {
+        add(&mut digest, &mesh, &material);
     }
     Ok(hexadecimal(&digest.finalize()))
 }
 
-fn add(digest: &mut Sha256, mesh: &Mesh, materials: &[Material]) {
+fn add(digest: &mut Sha256, mesh: &Mesh, material: &Material) {
     digest.update(format!("mesh {} {}\n", mesh.nodes.len(), mesh.elements.len()));
     for place in mesh.nodes.iter().flatten() {
         digest.update(place.to_le_bytes());
@@ -225,10 +224,8 @@ fn add(digest: &mut Sha256, mesh: &Mesh, materials: &[Material]) {
         digest.update(format!("boundary {} {}\n", boundary.name, boundary.nodes.len()));
         boundary.nodes.iter().for_each(|node| digest.update(node.to_le_bytes()));
     }
-    for material in materials {
-        let bits = [material.youngs_modulus, material.poissons_ratio, material.density].map(f64::to_bits);
-        digest.update(format!("material {bits:x?}\n"));
-    }
+    let bits = [material.youngs_modulus, material.poissons_ratio, material.density].map(f64::to_bits);
+    digest.update(format!("material {bits:x?}\n"));
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use toml::{
 
 use super::{
     error::{MOST_BYTES, Place, SceneError},
+    gone::gone,
     key::Key,
     source::{Author, Source, beginning},
     table::{GOVERNORS, Governor},
@@ -114,12 +115,6 @@ impl Document {
 
     /// Lay `upper` over this document. Where it changes a kind, what the new kind does not use, or reads otherwise, falls away.
     pub(super) fn overlay(&mut self, upper: Self) {
-        if let Some(kind) = upper.text("model.kind")
-            && kind == "chain"
-            && let Some(entry) = self.entries.get_mut("chain.override")
-        {
-            strip_overrides(&mut entry.value);
-        }
         for governor in GOVERNORS {
             // A layer that makes the model the chain without naming a law means the default one.
             let becomes_chain = governor.name == "contact.law"
@@ -183,7 +178,7 @@ impl Document {
 }
 
 fn unknown_key(key: String, place: Place) -> SceneError {
-    SceneError::UnknownKey { nearest: Key::nearest(&key), key, place }
+    gone(&key, None, &place).unwrap_or_else(|| SceneError::UnknownKey { nearest: Key::nearest(&key), key, place })
 }
 
 fn flatten(
@@ -288,15 +283,5 @@ pub(super) fn resolved(file: &str, place: &Place) -> PathBuf {
     match place {
         Place::File { path, .. } => path.parent().map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
         _ => PathBuf::from(file),
-    }
-}
-
-/// Remove what only the finite element analysis reads from the overrides of single beads.
-fn strip_overrides(value: &mut Value) {
-    let Value::List(list) = value else { return };
-    for item in list {
-        if let Value::Table(table) = &mut item.value {
-            table.retain(|(word, _)| !matches!(word.as_str(), "mesh" | "mesh_unit"));
-        }
     }
 }

@@ -242,9 +242,6 @@ fn mesh_effects(scene: &Scene) -> Vec<Effect> {
         Some(normal) => (normal == ContactNormal::Moving, format!("support.normal = {}", normal.name())),
         None => off("no contact lies off the axis"),
     };
-    let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
-    let own = scene.support.mesh_file().is_some();
-    let support = if own { "the support" } else { "no support" };
     let dissipation = match (fea.scheme, fea.scheme.dissipation()) {
         (Scheme::Trapezoid, _) => off("model.integrator = trapezoid"),
         (scheme, value) => {
@@ -262,9 +259,5 @@ fn mesh_effects(scene: &Scene) -> Vec<Effect> {
         effect("mass at the contact nodes", in_fea(mass)),
         effect("numerical dissipation", in_fea(dissipation)),
         effect("moving contact normal", in_meshed(off_axis)),
-        effect(
-            "bodies from mesh files",
-            in_meshed((meshed > 0 || own, format!("{meshed} beads and {support} from mesh files"))),
-        ),
     ]
 }

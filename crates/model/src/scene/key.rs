@@ -235,7 +235,7 @@ impl Key {
             ValueKind::Text => "a text".to_owned(),
             ValueKind::Path => "a file".to_owned(),
             ValueKind::Gaps => "a length, a list of N + 1, or a table `all`, `contact1`, `contact2` …".to_owned(),
-            ValueKind::BeadOverrides => "tables `bead`, `radius`, `material`, `mass`, `mesh`, `mesh_unit`".to_owned(),
+            ValueKind::BeadOverrides => "tables `bead`, `radius`, `material`, `mass`".to_owned(),
             ValueKind::FieldPoints => "a list of points such as `[{ r = \"0 mm\", z = \"1 mm\" }]`".to_owned(),
         }
     }

@@ -1,6 +1,6 @@
 //! What the first and the last bead touch.
 
-use super::{AnnulusShape, DiscShape, Material, MeshFile, word::words};
+use super::{AnnulusShape, DiscShape, Material, word::words};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlatContact {
@@ -70,13 +70,6 @@ pub enum Support {
         /// Mesh density n, 1: elements through the thickness, and 4/3 as many to the same length along r.
         mesh_density: u32,
     },
-    /// A body of the user's own, in the finite element analysis only.
-    Body {
-        mesh: MeshFile,
-        /// What it is made of, where its physical groups name no material.
-        material: Material,
-        normal: ContactNormal,
-    },
 }
 
 impl Support {
@@ -92,7 +85,7 @@ impl Support {
             Self::Annulus { stiffness_factor: own, .. }
             | Self::Spring { stiffness: own }
             | Self::Foundation { youngs_modulus: own, .. } => Some(*own),
-            Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Disc { .. } => None,
         }
     }
 
@@ -101,7 +94,7 @@ impl Support {
             Self::Annulus { stiffness_factor: own, .. }
             | Self::Spring { stiffness: own }
             | Self::Foundation { youngs_modulus: own, .. } => Some(own),
-            Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Disc { .. } => None,
         }
     }
 
@@ -110,7 +103,7 @@ impl Support {
         match self {
             Self::Flat(flat) => Some(*flat),
             Self::Free | Self::Spring { .. } => Some(FlatContact::Rigid),
-            Self::Annulus { .. } | Self::Foundation { .. } | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Annulus { .. } | Self::Foundation { .. } | Self::Disc { .. } => None,
         }
     }
 
@@ -132,11 +125,6 @@ impl Support {
     /// Its disc, and how finely it is meshed (1).
     pub(crate) const fn disc(&self) -> Option<(&DiscShape, u32)> {
         if let Self::Disc { shape, mesh_density } = self { Some((shape, *mesh_density)) } else { None }
-    }
-
-    /// The file with its mesh, where it is a body of the user's own.
-    pub(crate) const fn mesh_file(&self) -> Option<&MeshFile> {
-        if let Self::Body { mesh, .. } = self { Some(mesh) } else { None }
     }
 
     /// Whether it is a body with a mesh, in the models that mesh their bodies.
@@ -166,14 +154,14 @@ impl Support {
     /// The normal of a body that is touched off the axis.
     pub(crate) const fn normal(&self) -> Option<ContactNormal> {
         match self {
-            Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
+            Self::Annulus { normal, .. } => Some(*normal),
             Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Foundation { .. } | Self::Disc { .. } => None,
         }
     }
 
     pub(crate) const fn material(&self) -> Option<&Material> {
         match self {
-            Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
+            Self::Annulus { material, .. } => Some(material),
             Self::Disc { shape, .. } => Some(&shape.material),
             Self::Foundation { plate: Some(plate), .. } => Some(&plate.material),
             Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Foundation { .. } => None,
@@ -188,7 +176,6 @@ impl Support {
             Self::Spring { .. } => "spring",
             Self::Foundation { .. } => "foundation",
             Self::Disc { .. } => "disc",
-            Self::Body { .. } => "body",
         }
     }
 }

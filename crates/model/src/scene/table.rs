@@ -6,7 +6,7 @@ use super::{
     FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
     condition::{
         BODY_MESH, DISC, DRIVES, FACE, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS,
-        OWN_BODY, OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
+        OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
     },
     key::{
         Bound,
@@ -15,7 +15,7 @@ use super::{
     },
     setting::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
-        path, ring, shared_mesh, text, water, water_mesh, whole,
+        ring, text, water, water_mesh, whole,
     },
 };
 use granchain_signal::{Dimension, closest};
@@ -80,18 +80,10 @@ pub const KEYS: &[Key] = &[
     )
     .number(|scene| Some(scene.chain.sensor?.share))
     .or(0.5),
-    key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file")
-        .value(|scene| path(shared_mesh(scene)?))
-        .usually("a mesh of the program's own")
-        .when(BODY_MESH),
-    number("chain.mesh_unit", Dimension::LENGTH, Bound::Positive, "length unit of the mesh file; default 1 m")
-        .number(|scene| Some(shared_mesh(scene)?.unit))
-        .or(1.0)
-        .when(BODY_MESH),
     key(
         "chain.override",
         ValueKind::BeadOverrides,
-        "beads that differ: number from the piston, radius, material, mass, mesh",
+        "beads that differ: number from the piston, radius, material, mass",
     )
     .value(differing_beads)
     .usually("none"),
@@ -244,25 +236,17 @@ pub const KEYS: &[Key] = &[
         .number(|scene| Some(scene.support.ring()?.1))
         .or(1.0)
         .when(RING),
-    key("support.material", ValueKind::Text, "material of the annulus or body")
+    key("support.material", ValueKind::Text, "material of the annulus")
         .value(|scene| {
             text(&scene.support.material().filter(|_| disc(scene).is_none() && scene.support.plate().is_none())?.name)
         })
         .usually("resin")
-        .when(&[Is("support.kind", &["annulus", "body"])]),
+        .when(RING),
     word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or follows the bead")
         .value(|scene| {
             scene.support.normal().filter(|_| scene.model.kind.is_meshed()).and_then(|normal| text(normal.name()))
         })
         .when(OWN_NORMAL),
-    key("support.mesh", ValueKind::Path, "Gmsh file with the mesh of the body, relative to the scene file")
-        .value(|scene| path(scene.support.mesh_file()?))
-        .needed("support.mesh = \"ring.msh\"")
-        .when(OWN_BODY),
-    number("support.mesh_unit", Dimension::LENGTH, Bound::Positive, "length unit of the mesh file; default 1 m")
-        .number(|scene| Some(scene.support.mesh_file()?.unit))
-        .or(1.0)
-        .when(OWN_BODY),
     number("support.stiffness", Dimension::STIFFNESS, Bound::Positive, "stiffness of the one-sided spring")
         .number(|scene| scene.support.spring())
         .needed("support.stiffness = \"0.7e6 N/m\"")

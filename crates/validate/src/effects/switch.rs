@@ -143,7 +143,7 @@ fn point_masses(scene: &mut Scene) -> bool {
     }
     scene.model.kind = ModelKind::Chain;
     scene.contact_law = ContactLaw::Hertz;
-    !matches!(scene.support, Support::Body { .. })
+    true
 }
 
 fn elastic_bodies(scene: &mut Scene) -> bool {
@@ -162,7 +162,7 @@ fn still_bodies(scene: &mut Scene) -> bool {
 }
 
 fn normal(scene: &mut Scene, wanted: ContactNormal) -> bool {
-    let (Support::Annulus { normal, .. } | Support::Body { normal, .. }) = &mut scene.support else { return false };
+    let Support::Annulus { normal, .. } = &mut scene.support else { return false };
     *normal = wanted;
     true
 }
@@ -172,7 +172,7 @@ fn in_elements(scene: &mut Scene) -> bool {
     scene.model.kind = ModelKind::Fea;
     scene.contact_law = ContactLaw::Hertz;
     // A moving normal is not computed together with a static force, nor needed to see what it is worth.
-    let is_ring = matches!(scene.support, Support::Annulus { .. } | Support::Body { .. });
+    let is_ring = matches!(scene.support, Support::Annulus { .. });
     is_ring && scene.chain.precompression == 0.0
 }
 
@@ -264,11 +264,11 @@ const CHANGES: &[Change] = &[
         },
         key: "[[chain.override]] bead = 2, radius 1 % larger",
         insert: |scene| match scene.chain.beads.get_mut(1) {
-            Some(bead) if bead.mesh.is_none() => {
+            Some(bead) => {
                 bead.radius *= 1.01;
                 true
             }
-            _ => false,
+            None => false,
         },
         ground: as_it_is,
     },
@@ -334,10 +334,7 @@ const CHANGES: &[Change] = &[
             true
         },
         // Meshed bodies have their own.
-        ground: |scene| {
-            scene.model.kind == ModelKind::Chain
-                && !matches!(scene.support, Support::Disc { .. } | Support::Body { .. })
-        },
+        ground: |scene| scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }),
     },
     Change {
         name: "ring-up of the drive",

@@ -3,14 +3,12 @@
 //! Every case runs on every fidelity level of the ladder it applies to. A check that does not hold is reported as such; a run that fails, or that is
 //! refused where it should work, is a check that does not hold.
 
-mod bar;
 mod chains;
 mod chaos;
 mod dampers;
 mod effects;
 mod fits;
 mod frequencies;
-mod grid_mesh;
 mod impact;
 mod record;
 mod ring;
@@ -149,13 +147,6 @@ pub const CASES: &[Case] = &[
         examine: steps::examine,
     },
     Case {
-        number: 5,
-        name: "sharp-edged annulus",
-        what: "A bead on a ring’s edge instead of a torus: bounded, and converging in the force with the mesh.",
-        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
-        examine: ring::sharp,
-    },
-    Case {
         number: 6,
         name: "support",
         what: "A support a thousand times softer and stiffer than the resin annulus.",
@@ -221,13 +212,6 @@ pub const CASES: &[Case] = &[
         what: "The scatter under perturbations no laboratory controls tells a chaotic regime from a regular one.",
         fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: chaos::examine,
-    },
-    Case {
-        number: 15,
-        name: "elastic bar on a rigid wall",
-        what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates but the last mode of the reduced model (Doyen, Ern & Piperno 2011).",
-        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
-        examine: bar::examine,
     },
     Case {
         number: 16,

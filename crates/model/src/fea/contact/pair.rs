@@ -8,7 +8,7 @@ use super::{
     face::{Face, OnEdge, at_parameter, at_radius, tributary_areas},
     ring::{Linearised, Ring, terms},
 };
-use crate::fea::{body::Body, element::edge as edge_functions, mesh::HalfTorus};
+use crate::fea::{body::Body, mesh::HalfTorus};
 
 /// How far the profile of a body falls back from the plane through its pole at the radius r, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +57,7 @@ pub struct Pair {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PairError {
-    #[error(
-        "the mesh of {body} has no boundary `{boundary}`; name that part of its surface (a physical curve in Gmsh)"
-    )]
+    #[error("the mesh of {body} has no boundary `{boundary}`")]
     NoBoundary { body: String, boundary: &'static str },
     #[error(
         "{body}, boundary `{boundary}`: its first node off the axis lies at r = {radius:e} m, {gap:e} m behind the pole, so that touch would be \
@@ -204,12 +202,7 @@ impl Pair {
 
     /// A sphere (its back half towards the support) against the boundary `contact` of a support. The points are the support's nodes, with
     /// the sphere's radial normals; the sphere's mesh is interpolated at the feet of the normals.
-    pub(crate) fn on_ring(
-        sphere: &Body,
-        radius: f64,
-        support: &Body,
-        torus: Option<&HalfTorus>,
-    ) -> Result<Self, PairError> {
+    pub(crate) fn on_ring(sphere: &Body, radius: f64, support: &Body, torus: &HalfTorus) -> Result<Self, PairError> {
         let nodes = boundary(support, "the support", "contact")?;
         let areas = tributary_areas(support.mesh(), nodes);
         let surface = back_half(sphere)?;
@@ -218,7 +211,7 @@ impl Pair {
             r.atan2(z)
         };
         let place = |node: u32| support.mesh().nodes[node as usize];
-        let centre = torus.map_or_else(|| resting_centre(radius, support, nodes), HalfTorus::bead_centre);
+        let centre = torus.bead_centre();
         let mut kept_areas = Vec::with_capacity(nodes.len());
         let (mut points, mut feet, mut kept) = (vec![], vec![], vec![]);
         for (&node, &area) in nodes.iter().zip(&areas) {
@@ -290,23 +283,4 @@ fn back_half(sphere: &Body) -> Result<Vec<u32>, PairError> {
     let side = boundary(sphere, "the last bead", "side")?;
     nodes.extend(side.iter().rev().skip(1));
     Ok(nodes)
-}
-
-/// z of the centre of a sphere that comes from −z and just touches a meshed boundary, m: the lowest over its nodes and 31 points an edge.
-fn resting_centre(radius: f64, support: &Body, boundary: &[u32]) -> f64 {
-    let place = |node: u32| support.mesh().nodes[node as usize];
-    let mut lowest = f64::INFINITY;
-    for edge in 0..boundary.len() / 2 {
-        let corners = [0, 1, 2].map(|k| place(boundary[2 * edge + k]));
-        for step in 0..=32 {
-            let xi = f64::from(step) / 16.0 - 1.0;
-            let shape = edge_functions(xi);
-            let [r, z] = [0, 1].map(|axis| (0..3).map(|k| shape[k] * corners[k][axis]).sum::<f64>());
-            let height = radius * radius - r * r;
-            if height > 0.0 {
-                lowest = lowest.min(z - height.sqrt());
-            }
-        }
-    }
-    lowest
 }

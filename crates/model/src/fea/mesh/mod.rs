@@ -1,13 +1,11 @@
 //! Meshes of the meridian half-plane (r, z): quadratic quadrilaterals and triangles.
 //!
-//! [`bead`] and [`annulus`] make the bodies of the bench from one density; [`gmsh`] reads bodies meshed elsewhere;
-//! [`quality`] says what a mesh is worth.
+//! [`bead`] and [`annulus`] make the bodies of the bench from one density; [`quality`] says what a mesh is worth.
 
 mod annulus;
 mod bead;
 mod butterfly;
 mod error;
-pub mod gmsh;
 mod quality;
 mod weave;
 
