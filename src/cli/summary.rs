@@ -54,11 +54,7 @@ pub struct Settings {
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh_density: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    elements: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     modes: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    contact_mass: Option<&'static str>,
     duration_s: f64,
     output_step_s: f64,
     beads: usize,
@@ -101,9 +97,7 @@ impl Settings {
             step_s,
             numerical_dissipation: fea.map(|fea| fea.scheme.dissipation()),
             mesh_density: meshing.map(|meshing| meshing.density),
-            elements: meshing.map(|meshing| meshing.elements.name()),
             modes: reduced.map(|reduced| reduced.modes),
-            contact_mass: fea.map(|fea| fea.contact_mass.name()),
             duration_s: scene.duration,
             output_step_s: scene.output_step,
             beads: scene.chain.beads.len(),

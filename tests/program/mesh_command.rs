@@ -42,8 +42,7 @@ fn the_default_meshes_of_both_scenes_have_the_masses_of_their_bodies() {
 fn a_folder_holds_three_figures_twice_the_table_and_the_mesh() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("out");
-    let flags =
-        ["--scene", "annulus", "--density", "4", "--set", "model.elements=mixed", "--out", out.to_str().unwrap()];
+    let flags = ["--scene", "annulus", "--density", "4", "--out", out.to_str().unwrap()];
     let output = mesh(&flags);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for name in ["mesh", "contacts", "revolved"] {

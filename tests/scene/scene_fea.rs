@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, AnnulusShape, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
-    Integrator, Loaded, Material, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
+    self, AnnulusShape, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, FeaSettings, Integrator, Loaded, Material, ModelKind,
+    Scene, SceneError, Scheme, Support, load_text, load_with_notes,
 };
 
 fn loaded(name: &str, overrides: &[&str]) -> Result<Loaded, SceneError> {
@@ -36,8 +36,7 @@ fn every_built_in_scene_runs_as_finite_elements_by_its_kind_alone() {
         assert!(on(&scene).contains(&"elastic bodies"));
     }
     let default = FeaSettings::default();
-    assert_eq!((default.density, default.step, default.elements), (12, 0.1e-6, Elements::Quadrilaterals));
-    assert_eq!((default.contact_mass, default.scheme), (ContactMass::Massless, Scheme::Trapezoid));
+    assert_eq!((default.density, default.step, default.scheme), (12, 0.1e-6, Scheme::Trapezoid));
     let chain = overridden("annulus", &[]);
     assert_eq!(chain.model.fea, default);
     assert!(!on(&chain).contains(&"elastic bodies"));
@@ -51,49 +50,37 @@ fn every_setting_has_its_key() {
             "model.kind=fea",
             "model.mesh_density=16",
             "model.contact_patch=0.2",
-            "model.elements=mixed",
             "model.step=0.02us",
-            "model.contact_mass=consistent",
             "model.integrator=hht",
             "model.numerical_dissipation=0.1",
-            "support.normal=moving",
             "materials.resin.youngs_modulus=2GPa",
         ],
     );
     let expected = FeaSettings {
         contact_patch: 0.2,
         density: 16,
-        elements: Elements::Mixed,
         step: 0.02e-6,
-        contact_mass: ContactMass::Consistent,
         scheme: Scheme::HilberHughesTaylor { dissipation: 0.1 },
     };
     assert_eq!(scene.model.fea, expected);
     let material = Material { youngs_modulus: 2e9, ..Material::resin() };
-    let (shape, normal) = (AnnulusShape::published(), ContactNormal::Moving);
-    assert_eq!(scene.support, Support::Annulus { shape, stiffness_factor: 1.0, material, normal });
-    assert_eq!(
-        on(&scene)[4..],
-        ["elastic bodies", "mass at the contact nodes", "numerical dissipation", "moving contact normal"]
-    );
-    let newmark = ["model.kind=fea", "model.integrator=newmark", "model.numerical_dissipation=0.1"];
-    let scheme = overridden("rigid", &newmark).model.fea.scheme;
-    assert_eq!(scheme, Scheme::Newmark { dissipation: 0.1 });
+    assert_eq!(scene.support, Support::Annulus { shape: AnnulusShape::published(), stiffness_factor: 1.0, material });
+    assert_eq!(on(&scene)[4..], ["elastic bodies", "numerical dissipation"]);
 }
 
 #[test]
 fn schemes_without_numerical_damping_are_the_trapezoid_and_with_it_stay_stable() {
     for dissipation in [0.0, 0.05, 1.0 / 3.0] {
-        for scheme in [Scheme::HilberHughesTaylor { dissipation }, Scheme::Newmark { dissipation }] {
-            let (beta, gamma) = (scheme.beta(), scheme.gamma());
-            // Unconditional stability of Newmark's family: 2β ≥ γ ≥ ½; largest damping at infinity: β = (½ + γ)²/4.
-            assert!(2.0 * beta >= gamma && gamma >= 0.5);
-            assert!((beta - (0.5 + gamma).powi(2) / 4.0).abs() < 1e-15);
-        }
+        let scheme = Scheme::HilberHughesTaylor { dissipation };
+        let (beta, gamma) = (scheme.beta(), scheme.gamma());
+        // Unconditional stability of Newmark's family: 2β ≥ γ ≥ ½; largest damping at infinity: β = (½ + γ)²/4.
+        assert!(2.0 * beta >= gamma && gamma >= 0.5);
+        assert!((beta - (0.5 + gamma).powi(2) / 4.0).abs() < 1e-15);
     }
-    assert_eq!((Scheme::Trapezoid.beta(), Scheme::Trapezoid.gamma(), Scheme::Trapezoid.lag()), (0.25, 0.5, 0.0));
-    assert_eq!(Scheme::HilberHughesTaylor { dissipation: 0.1 }.lag(), 0.1);
-    assert_eq!(Scheme::Newmark { dissipation: 0.1 }.lag(), 0.0);
+    assert_eq!(
+        (Scheme::Trapezoid.beta(), Scheme::Trapezoid.gamma(), Scheme::Trapezoid.dissipation()),
+        (0.25, 0.5, 0.0)
+    );
 }
 
 #[test]
@@ -117,7 +104,6 @@ fn numbers_out_of_their_range_are_refused() {
         ("trapezoid", "model.mesh_density=2.5", "a whole number from 2 to 128, found 2.5"),
         ("hht", "model.numerical_dissipation=0.34", "a value from 0 to 1/3, found 0.34"),
         ("hht", "model.numerical_dissipation=-0.1", "a value from 0 to 1/3, found -0.1"),
-        ("newmark", "model.numerical_dissipation=0.6", "a value from 0 to 0.5, found 0.6"),
         ("trapezoid", "materials.resin.poissons_ratio=0.5", "Poisson's ratio above −1 and below 0.5, found 0.5"),
         ("trapezoid", "materials.resin.poissons_ratio=-1", "Poisson's ratio above −1 and below 0.5, found -1"),
     ] {
@@ -132,7 +118,7 @@ fn numbers_out_of_their_range_are_refused() {
     }
     assert_eq!(
         refusal("rigid", &["model.kind=fea", "model.integrator=hht"]),
-        "built-in scene `rigid`: `model.numerical_dissipation` is missing (schemes with numerical damping need it); \
+        "built-in scene `rigid`: `model.numerical_dissipation` is missing (a scheme with numerical damping needs it); \
          add `model.numerical_dissipation = 0.1`, or pass it with --set"
     );
 }
@@ -166,7 +152,7 @@ fn a_step_that_does_not_divide_the_output_step_is_shortened_and_said() {
 #[test]
 fn a_change_of_model_drops_what_only_the_other_uses() {
     let own = "extends = \"annulus\"\n[chain]\noverride = [{ bead = 2, radius = 4e-4 }]\n\
-               [support]\nnormal = \"moving\"\n[model]\nkind = \"fea\"\nintegrator = \"newmark\"\n\
+               [model]\nkind = \"fea\"\nintegrator = \"hht\"\n\
                numerical_dissipation = 0.1\nstep = \"50 ns\"\nmesh_density = 8";
     let read = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
@@ -189,7 +175,7 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
 
 #[test]
 fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
-    for key in ["model.modes=2", "model.contact_mass=massless", "support.normal=fixed"] {
+    for key in ["model.modes=2", "loss.support=0.1"] {
         let message = refusal("annulus", &[key]);
         assert!(message.contains("has no effect with `model.kind = \"chain\"`"), "{message}");
         let owner = if key.contains("modes") { "reduced" } else { "fea" };
@@ -203,8 +189,7 @@ fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
     );
     assert_eq!(
         refusal("rigid", &["model.kind=fea", "model.integrator=symplectic", "model.step=1e-8"]),
-        "--set model.integrator=symplectic: `model.integrator`: expected one of `trapezoid`, `hht`, `newmark`, found \
-         `symplectic`"
+        "--set model.integrator=symplectic: `model.integrator`: expected one of `trapezoid`, `hht`, found `symplectic`"
     );
     assert!(refusal("rigid", &["model.integrator=hht"]).contains("expected one of `dormand-prince-853`, `symplectic`"));
     // Without effect although no integrator is named.
@@ -226,6 +211,26 @@ fn bodies_of_gmsh_files_are_answered_with_what_to_write_instead() {
         let message = refusal("annulus", &["model.kind=fea", set]);
         assert!(message.contains("write `support.kind = \"annulus\"` with `support.ring_radius`"), "{message}");
     }
+}
+
+#[test]
+fn options_that_are_gone_are_refused_but_where_they_said_what_is_left() {
+    for (set, part) in [
+        ("support.normal=moving", "0.19 % too large per µm of travel"),
+        ("model.contact_mass=consistent", "does not converge as the step falls"),
+        ("model.elements=mixed", "all are 8-node quadrilaterals"),
+        ("model.integrator=newmark", "write \"hht\""),
+    ] {
+        let message = refusal("annulus", &["model.kind=fea", set]);
+        assert!(message.starts_with(&format!("--set {set}: `")) && message.contains(part), "{message}");
+    }
+    let idle = ["support.normal=fixed", "model.contact_mass=massless", "model.elements=quadrilaterals"];
+    assert_eq!(overridden("annulus", &idle), overridden("annulus", &[]));
+    let own = "extends = \"annulus\"\nsupport = { normal = \"fixed\" }";
+    assert_eq!(
+        load_text(own, Path::new("annulus.toml"), &[]).unwrap().scene.support,
+        overridden("annulus", &[]).support
+    );
 }
 
 #[test]

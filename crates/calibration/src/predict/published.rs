@@ -38,8 +38,8 @@ pub fn published(scene: &Scene) -> Option<Published> {
     };
     let steel = Material::chrome_steel();
     let beads = &scene.chain.beads;
-    let printed_beads = beads.len() == 6
-        && beads.iter().all(|bead| same(bead.radius, 0.5e-3) && elastic(&bead.material, &steel));
+    let printed_beads =
+        beads.len() == 6 && beads.iter().all(|bead| same(bead.radius, 0.5e-3) && elastic(&bead.material, &steel));
     let annulus = matches!(scene.support, Support::Annulus { .. }) && !scene.has_own_ring();
     if !(annulus && printed_beads && scene.piston == FlatContact::Rigid && same(scene.drive.frequency, 73e3)) {
         return None;

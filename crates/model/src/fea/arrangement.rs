@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     contact_law::{Dashpot, dashpots},
-    scene::{AnnulusShape, Bead, ContactMass, FlatContact, Material, Scene, Support},
+    scene::{AnnulusShape, Bead, FlatContact, Material, Scene, Support},
     water::{
         disc::{Disc, DiscError},
         front::Front,
@@ -50,7 +50,6 @@ impl Arrangement {
         if scene.piston == FlatContact::HalfSpace {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
-        let mass = scene.model.meshing().contact_mass;
         let mut kinds = Vec::new();
         let mut known: Vec<&Bead> = Vec::new();
         let mut of_bead = Vec::with_capacity(beads.len());
@@ -59,7 +58,7 @@ impl Arrangement {
                 Some(kind) => kind,
                 None => {
                     known.push(bead);
-                    kinds.push(bead_body(bead, i + 1, scene, mass)?);
+                    kinds.push(bead_body(bead, i + 1, scene)?);
                     kinds.len() - 1
                 }
             };
@@ -133,11 +132,9 @@ impl Arrangement {
                 let torus = under_last(shape, scene);
                 let (mesh, material) = ring_mesh(&torus, *factor, material, scene)?;
                 let named = |source| FeaError::Body { body: "support".into(), source };
-                let body = Body::new(mesh, &[material], &["clamped"], &["contact"], mass).map_err(named)?;
+                let body = Body::new(mesh, &material, &["clamped"], &["contact"]).map_err(named)?;
                 let pair = Pair::on_ring(&kinds[of_bead[last]], beads[last].radius, &body, &torus)?;
-                if let Some(ring) = &pair.ring {
-                    origins.push(origins[last] - ring.centre);
-                }
+                origins.extend(pair.ring_centre.map(|centre| origins[last] - centre));
                 pairs.push(pair);
                 Some(body)
             }
@@ -236,12 +233,7 @@ impl Arrangement {
 /// Mesh of a bead of a scene.
 pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<Mesh, MeshError> {
     let settings = scene.model.meshing();
-    let form = BeadMesh {
-        elements: settings.elements,
-        patch_radius: settings.contact_patch,
-        ..BeadMesh::of_density(settings.density as usize)
-    };
-    mesh::bead(bead.radius, &form)
+    mesh::bead(bead.radius, &BeadMesh { density: settings.density as usize, patch_radius: settings.contact_patch })
 }
 
 /// Mesh of the support of a scene and its material; none where it is a flat.
@@ -266,8 +258,7 @@ fn ring_mesh(
     material: &Material,
     scene: &Scene,
 ) -> Result<(Mesh, Material), MeshError> {
-    let settings = scene.model.meshing();
-    let form = AnnulusMesh { elements: settings.elements, ..AnnulusMesh::on(torus, settings.density as usize) };
+    let form = AnnulusMesh::on(torus, scene.model.meshing().density as usize);
     let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
     Ok((mesh::annulus(torus, &form)?, material))
 }
@@ -281,8 +272,7 @@ fn under_last(shape: &AnnulusShape, scene: &Scene) -> HalfTorus {
     HalfTorus::under(shape, scene.chain.beads.last().map_or(0.0, |bead| bead.radius))
 }
 
-fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: ContactMass) -> Result<Body, FeaError> {
+fn bead_body(bead: &Bead, number: usize, scene: &Scene) -> Result<Body, FeaError> {
     let named = |source| FeaError::Body { body: format!("bead {number}"), source };
-    let materials = std::slice::from_ref(&bead.material);
-    Body::new(bead_mesh(bead, scene)?, materials, &[], &["front", "back"], mass).map_err(named)
+    Body::new(bead_mesh(bead, scene)?, &bead.material, &[], &["front", "back"]).map_err(named)
 }

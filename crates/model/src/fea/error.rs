@@ -35,10 +35,6 @@ pub enum FeaError {
     )]
     LossWithoutBody { key: &'static str },
     #[error(
-        "`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression"
-    )]
-    MovingNormalPrecompressed { force: f64 },
-    #[error(
         "contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held"
     )]
     Compliance { contact: usize },

@@ -7,9 +7,9 @@ pub(super) const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "
 pub(super) const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "foundation", "disc", "free"];
 pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const METHODS: &[&str] = &["rayleigh", "elements"];
-pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
+pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht"];
 pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
-pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
+pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht"];
 
 /// A piston drives.
 pub(super) const HORN: &[When] = &[Is("drive.kind", &["record", "tone-burst", "gaussian-burst", "sine"])];
@@ -27,7 +27,5 @@ pub(super) const DISC: &[When] = &[Is("support.kind", &["disc"])];
 pub(super) const LIQUID: &[When] = &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"])];
 pub(super) const WATER_MESH: &[When] =
     &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"]), Is("water.method", &["elements"])];
-pub(super) const STEPPED: &[When] = &[
-    Is("model.kind", &["chain", "reduced", "fea"]),
-    Is("model.integrator", &["symplectic", "trapezoid", "hht", "newmark"]),
-];
+pub(super) const STEPPED: &[When] =
+    &[Is("model.kind", &["chain", "reduced", "fea"]), Is("model.integrator", &["symplectic", "trapezoid", "hht"])];

@@ -15,7 +15,7 @@ use toml::{
 
 use super::{
     error::{MOST_BYTES, Place, SceneError},
-    gone::gone,
+    gone::{gone, is_idle},
     key::Key,
     source::{Author, Source, beginning},
     table::{GOVERNORS, Governor},
@@ -99,7 +99,10 @@ impl Document {
 
     fn insert_known(&mut self, key: String, entry: Entry) -> Result<(), SceneError> {
         if Key::find(&key).is_none() {
-            return Err(unknown_key(key, entry.place));
+            return match &entry.value {
+                Value::Text(text) if is_idle(&key, text) => Ok(()),
+                _ => Err(unknown_key(key, entry.place)),
+            };
         }
         if key == "chain.gaps" {
             self.entries.retain(|other, _| !other.starts_with("chain.gaps."));
@@ -197,6 +200,7 @@ fn flatten(
                 let leaf = inner.keys().next().map(|leaf| format!("{full}.{}", leaf.get_ref()));
                 unknown.push((key.span().start, leaf.unwrap_or(full)));
             }
+            DeValue::String(text) if is_idle(&full, text) => {}
             _ if Key::find(&full).is_none() => unknown.push((key.span().start, full)),
             _ => {
                 document.entries.insert(full, read(value, source));

@@ -116,11 +116,11 @@ mod tests {
     fn keys_of_meshes_and_of_the_step_need_no_chain() {
         let of = |name: &str| Key::find(name).and_then(Key::alternative);
         let meshed = Some(("model.kind", vec!["reduced", "fea"]));
-        for name in ["model.mesh_density", "model.elements", "model.contact_patch"] {
+        for name in ["model.mesh_density", "model.contact_patch"] {
             assert_eq!(of(name), meshed, "{name}");
         }
         assert_eq!(of("model.step"), Some(("model.kind", vec!["reduced"])));
-        assert_eq!((of("model.modes"), of("support.normal"), of("model.tolerance")), (None, None, None));
+        assert_eq!((of("model.modes"), of("model.tolerance")), (None, None));
     }
 
     /// What a key says of when it has an effect is when a scene has a value for it.
@@ -130,7 +130,7 @@ mod tests {
             &[],
             &["model.kind=reduced"],
             &["model.kind=fea"],
-            &["model.kind=fea", "model.integrator=newmark", "model.numerical_dissipation=0.1"],
+            &["model.kind=fea", "model.integrator=hht", "model.numerical_dissipation=0.1"],
             &["contact.law=finite-body"],
             &["model.integrator=symplectic", "model.step=50 ns"],
             &["support.kind=annulus"],

@@ -75,7 +75,7 @@ pub use drive::{Drive, DriveKind, PistonMotion};
 pub use effects::{Effect, effects};
 pub use error::{Place, SceneError};
 pub(crate) use fea::DEFAULT_CONTACT_PATCH;
-pub use fea::{ContactMass, DEFAULT_FEA_STEP, Elements, FeaSettings, Scheme};
+pub use fea::{DEFAULT_FEA_STEP, FeaSettings, Scheme};
 pub use file::{Loaded, SceneText, load, load_preferring, load_text, load_with_notes};
 pub use holder::{DEFAULT_SLIP_VELOCITY, Holder};
 pub use horn::Horn;
@@ -91,7 +91,7 @@ pub use reduced::{DEFAULT_MODES, ReducedSettings};
 pub use setting::SettingValue;
 pub(crate) use settings::DEFAULT_OUTPUT_STEP;
 pub use settings::{DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Integrator, Meshing, ModelSettings};
-pub use support::{ContactNormal, FlatContact, Plate, Support};
+pub use support::{FlatContact, Plate, Support};
 pub use table::KEYS;
 pub use water::{
     Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,

@@ -1,6 +1,6 @@
 //! How a run is computed.
 
-use super::{ContactMass, Elements, FeaSettings, Limits, ModelKind, ReducedSettings};
+use super::{FeaSettings, Limits, ModelKind, ReducedSettings};
 
 /// Relative tolerance of the adaptive chain where nothing else is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
@@ -34,10 +34,8 @@ pub struct ModelSettings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meshing {
     pub density: u32,
-    pub elements: Elements,
     /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.
     pub contact_patch: f64,
-    pub contact_mass: ContactMass,
 }
 
 impl Integrator {
@@ -67,15 +65,10 @@ impl ModelSettings {
 
     /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
     pub fn meshing(&self) -> Meshing {
-        match self.kind {
-            ModelKind::Reduced => {
-                let ReducedSettings { density, elements, contact_patch, .. } = self.reduced;
-                Meshing { density, elements, contact_patch, contact_mass: ContactMass::Massless }
-            }
-            ModelKind::Chain | ModelKind::Fea => {
-                let FeaSettings { density, elements, contact_patch, contact_mass, .. } = self.fea;
-                Meshing { density, elements, contact_patch, contact_mass }
-            }
-        }
+        let (density, contact_patch) = match self.kind {
+            ModelKind::Reduced => (self.reduced.density, self.reduced.contact_patch),
+            ModelKind::Chain | ModelKind::Fea => (self.fea.density, self.fea.contact_patch),
+        };
+        Meshing { density, contact_patch }
     }
 }

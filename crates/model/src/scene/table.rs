@@ -1,9 +1,9 @@
 //! All keys of a scene file. What ties several keys together is checked where the scene is built.
 
 use super::{
-    AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
-    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
+    AnnulusShape, Baffle, ContactLaw, DEFAULT_CONTACT_PATCH, DEFAULT_DISC, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE,
+    DampingKind, DampingPlacement, DampingTerm, DriveKind, FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind,
+    Rim, Scheme, Support, ValueKind,
     condition::{
         BODY_MESH, DISC, DRIVES, FACE, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS,
         OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
@@ -242,11 +242,6 @@ pub const KEYS: &[Key] = &[
         })
         .usually("resin")
         .when(RING),
-    word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or follows the bead")
-        .value(|scene| {
-            scene.support.normal().filter(|_| scene.model.kind.is_meshed()).and_then(|normal| text(normal.name()))
-        })
-        .when(OWN_NORMAL),
     number("support.stiffness", Dimension::STIFFNESS, Bound::Positive, "stiffness of the one-sided spring")
         .number(|scene| scene.support.spring())
         .needed("support.stiffness = \"0.7e6 N/m\"")
@@ -428,9 +423,6 @@ pub const KEYS: &[Key] = &[
         .value(|scene| Some(whole(meshing(scene)?.density)))
         .usually("16 (reduced), 12 (fea)")
         .when(MESHED),
-    word::<Elements>("model.elements", "8-node quadrilaterals, or with 6-node triangles at the contacts")
-        .value(|scene| text(meshing(scene)?.elements.name()))
-        .when(MESHED),
     number(
         "model.contact_patch",
         Dimension::NONE,
@@ -444,11 +436,6 @@ pub const KEYS: &[Key] = &[
         .value(|scene| (scene.model.kind == ModelKind::Reduced).then(|| whole(scene.model.reduced.modes)))
         .usually("8")
         .when(&[Is("model.kind", &["reduced"])]),
-    word::<ContactMass>("model.contact_mass", "whether the nodes that may touch carry mass")
-        .value(
-            |scene| if scene.model.kind == ModelKind::Fea { text(scene.model.fea.contact_mass.name()) } else { None },
-        )
-        .when(&[Is("model.kind", &["fea"])]),
     key(
         "model.integrator",
         ValueKind::Choice(INTEGRATORS),
@@ -461,22 +448,13 @@ pub const KEYS: &[Key] = &[
     })
     .usually("dormand-prince-853; symplectic before a disc; trapezoid of the fea")
     .when(&[Is("model.kind", &["chain", "fea"])]),
-    number(
-        "model.numerical_dissipation",
-        Dimension::NONE,
-        Bound::Finite,
-        "dissipation parameter of hht (0 to 1/3) or newmark (0 to 1/2)",
-    )
-    .number(|scene| match scene.model.fea.scheme {
-        Scheme::HilberHughesTaylor { dissipation } | Scheme::Newmark { dissipation }
-            if scene.model.kind == ModelKind::Fea =>
-        {
-            Some(dissipation)
-        }
-        _ => None,
-    })
-    .needed("model.numerical_dissipation = 0.1")
-    .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht", "newmark"])]),
+    number("model.numerical_dissipation", Dimension::NONE, Bound::UpToAThird, "dissipation parameter of hht, 0 to 1/3")
+        .number(|scene| match scene.model.fea.scheme {
+            Scheme::HilberHughesTaylor { dissipation } if scene.model.kind == ModelKind::Fea => Some(dissipation),
+            _ => None,
+        })
+        .needed("model.numerical_dissipation = 0.1")
+        .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht"])]),
     number("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2), "relative error per step")
         .number(|scene| match scene.model.integrator {
             Integrator::DormandPrince853 { tolerance } if scene.model.kind == ModelKind::Chain => Some(tolerance),

@@ -60,7 +60,7 @@ fn panel(bench: &Bench<'_>, window: &Window, z: Axis, width: f64) -> Panel {
             .bodies
             .iter()
             .filter(|body| body.name == name)
-            .flat_map(|body| body.mesh.elements.iter().map(move |element| outline(body, element.nodes())))
+            .flat_map(|body| body.mesh.elements.iter().map(move |element| outline(body, element)))
             .filter(|corners| near(corners))
             .collect();
         if !outlines.is_empty() {
@@ -109,11 +109,10 @@ fn crosses(points: &[(f64, f64)], window: &Window) -> bool {
 }
 
 /// Outline (z, r) of an element.
-fn outline(body: &Standing<'_>, nodes: &[u32]) -> Vec<(f64, f64)> {
-    let corners = nodes.len() / 2;
+fn outline(body: &Standing<'_>, nodes: &[u32; 8]) -> Vec<(f64, f64)> {
     let place = |node: u32| body.place(node);
-    (0..corners)
-        .flat_map(|i| along_side(place(nodes[i]), place(nodes[corners + i]), place(nodes[(i + 1) % corners])))
+    (0..4)
+        .flat_map(|i| along_side(place(nodes[i]), place(nodes[4 + i]), place(nodes[(i + 1) % 4])))
         .map(along_and_out)
         .collect()
 }
@@ -134,10 +133,7 @@ pub(super) fn sides(body: &Standing<'_>) -> Vec<Vec<[f64; 2]>> {
 
 /// Start, middle and end of every side of every element, in its sense.
 fn element_sides(mesh: &Mesh) -> impl Iterator<Item = [u32; 3]> {
-    mesh.elements.iter().flat_map(|element| {
-        let (nodes, corners) = (element.nodes(), element.shape.corners());
-        (0..corners).map(move |i| [nodes[i], nodes[corners + i], nodes[(i + 1) % corners]])
-    })
+    mesh.elements.iter().flat_map(|nodes| (0..4).map(move |i| [nodes[i], nodes[4 + i], nodes[(i + 1) % 4]]))
 }
 
 /// Sides by their corners, smaller number first: the middle, and how many elements share it.

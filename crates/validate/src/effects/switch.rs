@@ -1,9 +1,9 @@
 //! How every effect is taken out of a scene, or put into one that does not have it.
 
 use granchain_model::scene::{
-    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_MODES, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn, Integrator, ModelKind, Relaxation, Scene, Scheme,
-    Support, TermDescription, WaterMesh, WaterMethod,
+    Absorption, ContactLaw, DEFAULT_MODES, DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm,
+    DriveKind, FlatContact, Horn, Integrator, ModelKind, Relaxation, Scene, Scheme, Support, TermDescription,
+    WaterMesh, WaterMethod,
 };
 use granchain_signal::Quantity;
 
@@ -159,21 +159,6 @@ fn elastic_bodies(scene: &mut Scene) -> bool {
 fn still_bodies(scene: &mut Scene) -> bool {
     scene.model.reduced.modes = 0;
     elastic_bodies(scene)
-}
-
-fn normal(scene: &mut Scene, wanted: ContactNormal) -> bool {
-    let Support::Annulus { normal, .. } = &mut scene.support else { return false };
-    *normal = wanted;
-    true
-}
-
-/// Meshed bodies stepped whole, where a normal can move.
-fn in_elements(scene: &mut Scene) -> bool {
-    scene.model.kind = ModelKind::Fea;
-    scene.contact_law = ContactLaw::Hertz;
-    // A moving normal is not computed together with a static force, nor needed to see what it is worth.
-    let is_ring = matches!(scene.support, Support::Annulus { .. });
-    is_ring && scene.chain.precompression == 0.0
 }
 
 /// The chain's fixed step knows none of them, and its contacts of finite bodies do not relax: it then is the usual one.
@@ -556,21 +541,6 @@ const CHANGES: &[Change] = &[
         },
     },
     Change {
-        name: "mass at the contact nodes",
-        belongs: Belongs::Model,
-        out: "model.contact_mass = massless",
-        remove: |scene| {
-            scene.model.fea.contact_mass = ContactMass::Massless;
-            true
-        },
-        key: "model.contact_mass = consistent",
-        insert: |scene| {
-            scene.model.fea.contact_mass = ContactMass::Consistent;
-            true
-        },
-        ground: |scene| scene.model.kind == ModelKind::Fea,
-    },
-    Change {
         name: "numerical dissipation",
         belongs: Belongs::Model,
         out: "model.integrator = trapezoid",
@@ -581,14 +551,5 @@ const CHANGES: &[Change] = &[
         key: "",
         insert: never,
         ground: |scene| scene.model.kind == ModelKind::Fea,
-    },
-    Change {
-        name: "moving contact normal",
-        belongs: Belongs::Model,
-        out: "support.normal = fixed",
-        remove: |scene| normal(scene, ContactNormal::Fixed),
-        key: "model.kind = fea, support.normal = moving",
-        insert: |scene| normal(scene, ContactNormal::Moving),
-        ground: in_elements,
     },
 ];

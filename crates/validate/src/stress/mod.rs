@@ -141,8 +141,7 @@ pub const CASES: &[Case] = &[
     Case {
         number: 4,
         name: "step",
-        what: "The force of a hit converges as the step falls from 1 µs to 0.001 µs, or the step is refused; with mass at the contact nodes \
-               it does not.",
+        what: "The force of a hit converges as the step falls from 1 µs to 0.001 µs, or the step is refused.",
         fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: steps::examine,
     },

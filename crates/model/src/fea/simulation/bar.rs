@@ -7,9 +7,9 @@ use crate::{
     fea::{
         body::Body,
         contact::pair::{Pair, Pole, Profile as Surface},
-        mesh::{Boundary, Element, Mesh, Shape},
+        mesh::{Boundary, Mesh},
     },
-    scene::{ContactMass, load},
+    scene::load,
 };
 
 const LENGTH: f64 = 10e-3;
@@ -41,7 +41,7 @@ fn bar() -> Mesh {
     let node = |i: u32, j: u32| j * ROW + i;
     let element = |i: u32, j: u32| {
         let at = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)];
-        Element { shape: Shape::Quadrilateral8, nodes: at.map(|(a, b)| node(i + a, j + b)), material: 0 }
+        at.map(|(a, b)| node(i + a, j + b))
     };
     let side = |name: &str, j| Boundary { name: name.into(), nodes: (0..ROW).map(|i| node(i, j)).collect() };
     let (nodes, mut used) = (nodes.collect::<Vec<_>>(), Vec::new());
@@ -56,7 +56,7 @@ fn bar() -> Mesh {
             used.len() - 1
         }) as u32
     };
-    mesh.elements.iter_mut().flat_map(|element| &mut element.nodes).for_each(|node| *node = number(*node));
+    mesh.elements.iter_mut().flatten().for_each(|node| *node = number(*node));
     mesh.boundaries.iter_mut().flat_map(|side| &mut side.nodes).for_each(|node| *node = number(*node));
     mesh.nodes = used.iter().map(|old| nodes[*old as usize]).collect();
     mesh
@@ -78,8 +78,7 @@ fn a_bar_leaves_the_wall_after_two_transits_under_the_force_of_its_impedance() {
     ];
     let scene = load("rigid", &sets.map(String::from)).unwrap();
     let material = scene.chain.beads[0].material.clone();
-    let materials = std::slice::from_ref(&material);
-    let body = Body::new(bar(), materials, &[], &["front", "back"], ContactMass::Massless).unwrap();
+    let body = Body::new(bar(), &material, &[], &["front", "back"]).unwrap();
     let pole = |boundary, normal| Pole { name: "the bar", body: &body, boundary, normal, profile: Surface::Meshed };
     let pairs =
         vec![Pair::on_flat(pole("front", -1.0), true).unwrap(), Pair::on_flat(pole("back", 1.0), false).unwrap()];

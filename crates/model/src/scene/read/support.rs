@@ -17,7 +17,7 @@ pub(super) fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, Sce
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
             let stiffness_factor = reader.number("support.stiffness_factor")?;
             let (shape, material) = (annulus(reader, radius)?, support_material(reader)?);
-            Support::Annulus { shape, stiffness_factor, material, normal: reader.word("support.normal")? }
+            Support::Annulus { shape, stiffness_factor, material }
         }
         "spring" => {
             let reason = Some("a support of kind `spring` needs it");
