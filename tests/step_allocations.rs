@@ -34,7 +34,6 @@ fn the_chain_adaptive_and_at_a_fixed_step() {
         &["model.kind=chain", "damping.kind=kuwabara-kono"],
         &["model.kind=chain", "contact.law=finite-body", "damping.kind=linear"],
         &["model.kind=chain", "chain.precompression=0.05 N"],
-        &["model.kind=chain", "model.integrator=symplectic", "model.step=50 ns"],
     ] {
         compare("rigid", keys, 40e-6);
     }

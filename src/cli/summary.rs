@@ -88,7 +88,7 @@ impl Settings {
             (ModelKind::Chain, Integrator::DormandPrince853 { tolerance }) => {
                 ("dormand-prince-853", Some(tolerance), None)
             }
-            (ModelKind::Chain, Integrator::Symplectic { step }) => ("symplectic", None, Some(step)),
+            (ModelKind::Chain, Integrator::OnDisc { step }) => ("symplectic", None, Some(step)),
         };
         Self {
             model: scene.model.kind.name(),
@@ -318,7 +318,7 @@ pub fn model(scene: &Scene) -> String {
                 Integrator::DormandPrince853 { tolerance } => {
                     format!("{law}, adaptive steps, tolerance {tolerance:.0e}")
                 }
-                Integrator::Symplectic { step: fixed } => format!("{law}, {}", step(fixed)),
+                Integrator::OnDisc { step: fixed } => format!("{law}, {}", step(fixed)),
             }
         }
         (ModelKind::Reduced, _) => format!(

@@ -166,8 +166,8 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
     assert_eq!(chain.support, Support::resin_annulus(1.0));
     let trapezoid = read(&["model.integrator=trapezoid"]).model.fea;
     assert_eq!((trapezoid.scheme, trapezoid.step, trapezoid.density), (Scheme::Trapezoid, 50e-9, 8));
-    // And from the chain's fixed step to the finite elements.
-    let own = "extends = \"rigid\"\nmodel = { integrator = \"symplectic\", step = 1e-8 }";
+    // And from the chain's tolerance to the finite elements.
+    let own = "extends = \"rigid\"\nmodel = { tolerance = 1e-8 }";
     let scene = load_text(own, Path::new("own.toml"), &["model.kind=fea".into()]).unwrap().scene;
     assert_eq!(scene.model.fea, FeaSettings::default());
     assert_eq!(scene.model.integrator, Integrator::DormandPrince853 { tolerance: scene::DEFAULT_TOLERANCE });

@@ -129,7 +129,6 @@ mod tests {
         let cases = [
             (scene("rigid", "fea", &["model.step=1e-15"]), work),
             (scene("rigid", "reduced", &["model.step=1e-15"]), work),
-            (scene("rigid", "chain", &["model.integrator=symplectic", "model.step=1e-15"]), work),
             (scene("water", "chain", &["model.step=1e-12"]), work),
             (scene("rigid", "chain", &["chain.beads=1000", "duration=1s"]), memory),
             (scene("annulus", "reduced", &["model.mesh_density=128", "chain.beads=1000", "duration=20ms"]), memory),

@@ -21,8 +21,6 @@ pub(crate) struct Operator {
     pub factors: Vec<Factor>,
     /// What every kind loses in a step; none where nothing.
     pub(crate) losses: Vec<Option<StepLoss>>,
-    /// Dense inverse of every kind's factor over its interface, row by row.
-    pub inverse: Vec<Vec<f64>>,
     pub contacts: Contacts,
 }
 
@@ -247,7 +245,7 @@ impl Operator {
             .collect();
         let contacts =
             Contacts { links, compliances, couplings, mobilities, dashpot_base: DashpotBase::default(), tension };
-        Ok(Self { coefficients, factors, losses, inverse, contacts })
+        Ok(Self { coefficients, factors, losses, contacts })
     }
 
     /// Let what the last contact touches give way besides by a compliance of its points (row by row, m/N).

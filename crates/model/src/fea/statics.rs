@@ -54,7 +54,6 @@ pub struct StaticState {
 #[derive(Debug, Clone)]
 pub struct Curve {
     arrangement: Arrangement,
-    interfaces: Interfaces,
     contact: usize,
     loading: Loading,
     statics: Statics,
@@ -84,15 +83,14 @@ impl Curve {
         };
         let part = Scene { chain, support, piston: FlatContact::Rigid, ..scene.clone() };
         let arrangement = Arrangement::new(&part)?;
-        let interfaces = Interfaces::new(&arrangement);
         let contact = 1;
-        let statics = Statics::new(&arrangement, &interfaces)?;
+        let statics = Statics::new(&arrangement, &Interfaces::new(&arrangement))?;
         let hertz = match touching {
             Touching::BeadBead => Some(bead_pair_stiffness(bead, bead)),
             Touching::BeadFlat => Some(bead_flat_stiffness(bead, FlatContact::Rigid)),
             Touching::BeadAnnulus => None,
         };
-        Ok(Self { arrangement, interfaces, contact, loading, statics, hertz })
+        Ok(Self { arrangement, contact, loading, statics, hertz })
     }
 
     /// Force of Hertz' law at the approach δ (m), N; none on an annulus.

@@ -16,9 +16,8 @@ pub enum Integrator {
         /// Relative tolerance of a step, 1.
         tolerance: f64,
     },
-    /// Fixed-step symplectic stepper (velocity Verlet), for searches. Error of the last bead's velocity over its peak, undamped, first 70 µs of
-    /// the rigid scene: 6e-3 at 0.05 µs, 2e-4 at 0.01 µs; with linear dashpots 1.5e-2 and 6e-3.
-    Symplectic { step: f64 },
+    /// Velocity Verlet on the clock of the disc that the last bead touches.
+    OnDisc { step: f64 },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +41,7 @@ impl Integrator {
     pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::DormandPrince853 { .. } => "dormand-prince-853",
-            Self::Symplectic { .. } => "symplectic",
+            Self::OnDisc { .. } => "symplectic",
         }
     }
 }
@@ -58,7 +57,7 @@ impl ModelSettings {
         match (self.kind, self.integrator) {
             (ModelKind::Fea, _) => Some(self.fea.step),
             (ModelKind::Reduced, _) => Some(self.reduced.step),
-            (ModelKind::Chain, Integrator::Symplectic { step }) => Some(step),
+            (ModelKind::Chain, Integrator::OnDisc { step }) => Some(step),
             (ModelKind::Chain, Integrator::DormandPrince853 { .. }) => None,
         }
     }

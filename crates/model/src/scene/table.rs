@@ -439,7 +439,7 @@ pub const KEYS: &[Key] = &[
     key(
         "model.integrator",
         ValueKind::Choice(INTEGRATORS),
-        "time integration: the first two for chain, the rest for fea",
+        "time integration: the first for chain, the second for chain before a disc, the rest for fea",
     )
     .value(|scene| match (scene.model.kind, scene.model.integrator) {
         (ModelKind::Reduced, _) => None,
@@ -465,7 +465,7 @@ pub const KEYS: &[Key] = &[
     number("model.step", Dimension::TIME, Bound::Positive, "fixed step")
         .number(|scene| scene.model.step())
         .needed("model.step = \"50 ns\"")
-        .usually("0.1 µs (fea), 50 ns (reduced), 25 ns (disc); required for symplectic")
+        .usually("0.1 µs (fea), 50 ns (reduced), 25 ns (disc)")
         .when(STEPPED),
 ];
 

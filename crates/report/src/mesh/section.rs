@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::{Bench, RIGID, Standing, along_side, clamped_nodes, contact_nodes};
 use crate::figure::{Axis, Colour, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke, extent};
-use granchain_model::fea::mesh::Mesh;
 
 /// A part of the section, shown closely.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,31 +122,17 @@ fn along_and_out([r, z]: [f64; 2]) -> (f64, f64) {
 }
 
 /// Every side of a body once, as points (r, z).
-pub(super) fn sides(body: &Standing<'_>) -> Vec<Vec<[f64; 2]>> {
-    let points = |([a, b], (middle, _)): ([u32; 2], (u32, usize))| {
+fn sides(body: &Standing<'_>) -> Vec<Vec<[f64; 2]>> {
+    let mut unique = BTreeMap::new();
+    for nodes in &body.mesh.elements {
+        for i in 0..4 {
+            let (a, b) = (nodes[i], nodes[(i + 1) % 4]);
+            unique.entry([a.min(b), a.max(b)]).or_insert(nodes[4 + i]);
+        }
+    }
+    let points = |([a, b], middle): ([u32; 2], u32)| {
         let [a, middle, b] = [a, middle, b].map(|node| body.place(node));
         std::iter::once(a).chain(along_side(a, middle, b)).collect()
     };
-    unique_sides(body.mesh).into_iter().map(points).collect()
-}
-
-/// Start, middle and end of every side of every element, in its sense.
-fn element_sides(mesh: &Mesh) -> impl Iterator<Item = [u32; 3]> {
-    mesh.elements.iter().flat_map(|nodes| (0..4).map(move |i| [nodes[i], nodes[4 + i], nodes[(i + 1) % 4]]))
-}
-
-/// Sides by their corners, smaller number first: the middle, and how many elements share it.
-fn unique_sides(mesh: &Mesh) -> BTreeMap<[u32; 2], (u32, usize)> {
-    let mut sides = BTreeMap::new();
-    for [a, middle, b] in element_sides(mesh) {
-        sides.entry([a.min(b), a.max(b)]).or_insert((middle, 0)).1 += 1;
-    }
-    sides
-}
-
-/// The outer sides in the sense of their elements, so that the body lies to the left: start → (middle, end).
-pub(super) fn outer_sides(mesh: &Mesh) -> BTreeMap<u32, (u32, u32)> {
-    let shared = unique_sides(mesh);
-    let is_outer = |[a, _, b]: &[u32; 3]| shared.get(&[*a.min(b), *a.max(b)]).is_some_and(|(_, count)| *count == 1);
-    element_sides(mesh).filter(is_outer).map(|[a, middle, b]| (a, (middle, b))).collect()
+    unique.into_iter().map(points).collect()
 }

@@ -1,9 +1,8 @@
 //! How every effect is taken out of a scene, or put into one that does not have it.
 
 use granchain_model::scene::{
-    Absorption, ContactLaw, DEFAULT_MODES, DEFAULT_TOLERANCE, Damping, DampingKind, DampingPlacement, DampingTerm,
-    DriveKind, FlatContact, Horn, Integrator, ModelKind, Relaxation, Scene, Scheme, Support, TermDescription,
-    WaterMesh, WaterMethod,
+    Absorption, ContactLaw, DEFAULT_MODES, Damping, DampingKind, DampingPlacement, DampingTerm, DriveKind, FlatContact,
+    Horn, Integrator, ModelKind, Relaxation, Scene, Scheme, Support, TermDescription, WaterMesh, WaterMethod,
 };
 use granchain_signal::Quantity;
 
@@ -139,7 +138,7 @@ fn point_masses(scene: &mut Scene) -> bool {
         _ => scene.model.fea.step,
     };
     if matches!(scene.support, Support::Disc { .. }) {
-        scene.model.integrator = Integrator::Symplectic { step };
+        scene.model.integrator = Integrator::OnDisc { step };
     }
     scene.model.kind = ModelKind::Chain;
     scene.contact_law = ContactLaw::Hertz;
@@ -147,7 +146,7 @@ fn point_masses(scene: &mut Scene) -> bool {
 }
 
 fn elastic_bodies(scene: &mut Scene) -> bool {
-    if let Integrator::Symplectic { step } = scene.model.integrator {
+    if let Integrator::OnDisc { step } = scene.model.integrator {
         scene.model.reduced.step = step;
     }
     scene.model.kind = ModelKind::Reduced;
@@ -161,13 +160,10 @@ fn still_bodies(scene: &mut Scene) -> bool {
     elastic_bodies(scene)
 }
 
-/// The chain's fixed step knows none of them, and its contacts of finite bodies do not relax: it then is the usual one.
+/// Contacts of finite bodies do not relax: the chain then has the usual ones.
 fn takes_effects(scene: &mut Scene) -> bool {
     if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
         scene.contact_law = ContactLaw::Hertz;
-        if let Integrator::Symplectic { .. } = scene.model.integrator {
-            scene.model.integrator = Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE };
-        }
     }
     true
 }

@@ -1,6 +1,6 @@
 //! The step, from useless to far too fine.
 
-use super::{FidelityLevel, Limit, room::Room};
+use super::{Limit, room::Room};
 use granchain_model::scene::PistonMotion;
 
 /// A piston that moves at constant speed from the start.

@@ -84,7 +84,7 @@ fn outcome(base: &Scene, plan: &SyntheticPlan, number: u64) -> SyntheticOutcome 
     };
     let run = |scene: &Scene| {
         let mut scene = scene.clone();
-        scene.model.integrator = Integrator::Symplectic { step: TRUTH_STEP };
+        scene.model.integrator = Integrator::OnDisc { step: TRUTH_STEP };
         scene.output_step = 2.0 * TRUTH_STEP;
         model::run(&scene, &mut |_| true)
     };

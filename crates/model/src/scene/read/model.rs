@@ -42,12 +42,13 @@ pub(super) fn settings(
         }
         let step = reader.given("model.step")?.unwrap_or(DEFAULT_WATER_STEP);
         check_step(reader, step, frequency)?;
-        settings.integrator = Integrator::Symplectic { step: dividing(step, output_step, notes) };
-    } else if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
-        let step = reader.required("model.step", Some("the fixed-step integrator needs it"))?;
-        check_step(reader, step, frequency)?;
-        settings.integrator = Integrator::Symplectic { step };
+        settings.integrator = Integrator::OnDisc { step: dividing(step, output_step, notes) };
     } else {
+        if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
+            let expected =
+                "`dormand-prince-853`, or neither it nor `model.step`: steps are fixed before a disc only".to_owned();
+            return Err(reader.out_of_range("model.integrator", expected, "`symplectic`".to_owned()));
+        }
         settings.integrator = Integrator::DormandPrince853 { tolerance: reader.number("model.tolerance")? };
     }
     Ok(settings)
