@@ -35,7 +35,6 @@ use crate::{
     calibration::{Problem, drive::Input, fit::FitError, plan::Plan, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
-    scene::Scene,
     validate::own_bench::record_of,
 };
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use granchain::{
     scene::{
         self, BUILT_IN, Bead, Damping, DampingKind, DampingPlacement, DampingTerm, Drive, DriveKind, FlatContact,
-        Integrator, Material, Scene, SceneError, Support, load, load_text, load_with_notes,
+        Material, Scene, SceneError, Support, load, load_text, load_with_notes,
     },
     signal::Series,
 };

@@ -2,7 +2,6 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use anyhow::bail;
 use serde::{Deserialize, Serialize};
 
 use super::Job;
@@ -77,10 +76,8 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
     for (role, Input { path, sha256 }) in &job.plans {
         add((*role).into(), path.clone(), Some(sha256.clone()))?;
     }
-    let Problem { recorded_runs, candidates, .. } = &job.problem;
-    for (number, (RecordedRun { bench, measured, .. }, scene)) in
-        recorded_runs.iter().zip(&candidates[0].scenes).enumerate()
-    {
+    let Problem { recorded_runs, .. } = &job.problem;
+    for (number, RecordedRun { bench, measured, .. }) in recorded_runs.iter().enumerate() {
         let of = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
         if let Some(Input { path, sha256 }) = bench.scene_file() {
             add(of("scene"), path, Some(sha256))?;

@@ -7,7 +7,6 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    calibration::drive::Input,
     cli::{
         arguments::{Session, positive_time, usage},
         forecast::Forecast,
