@@ -33,7 +33,6 @@ use crate::{
     calibration::{Problem, drive::Input, fit::FitError, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
-    scene::Scene,
 };
 
 #[derive(Debug, Args)]
@@ -116,8 +115,6 @@ pub struct Job {
     pub(super) program: String,
     /// The plan and the bench file, where there are such, by role.
     plans: Vec<(&'static str, Input)>,
-    /// The mesh files of all scenes as they were before the first run.
-    meshes: Vec<Input>,
     /// Whether an answer that does not explain the record is a failure.
     strict: bool,
 }
@@ -184,11 +181,8 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
 /// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
     let (problem, plans) = definition::problem(&arguments, in_memory)?;
-    let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
-    let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
-    let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
     let strict = arguments.strict;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict })
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, strict })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

@@ -53,11 +53,7 @@ pub struct Settings {
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh_density: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    elements: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     modes: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    contact_mass: Option<&'static str>,
     duration_s: f64,
     output_step_s: f64,
     beads: usize,
@@ -91,7 +87,7 @@ impl Settings {
             (ModelKind::Chain, Integrator::DormandPrince853 { tolerance }) => {
                 ("dormand-prince-853", Some(tolerance), None)
             }
-            (ModelKind::Chain, Integrator::Symplectic { step }) => ("symplectic", None, Some(step)),
+            (ModelKind::Chain, Integrator::OnDisc { step }) => ("symplectic", None, Some(step)),
         };
         Self {
             model: scene.model.kind.name(),
@@ -100,9 +96,7 @@ impl Settings {
             step_s,
             numerical_dissipation: fea.map(|fea| fea.scheme.dissipation()),
             mesh_density: meshing.map(|meshing| meshing.density),
-            elements: meshing.map(|meshing| meshing.elements.name()),
             modes: reduced.map(|reduced| reduced.modes),
-            contact_mass: fea.map(|fea| fea.contact_mass.name()),
             duration_s: scene.duration,
             output_step_s: scene.output_step,
             beads: scene.chain.beads.len(),
@@ -211,7 +205,6 @@ pub fn in_words(scene: &Scene) -> String {
         Support::Foundation { .. } => "plate on a half-space",
         Support::Disc { .. } if scene.water.is_some() => "disc on water",
         Support::Disc { .. } => "disc in vacuum",
-        Support::Body { .. } => "meshed body",
         Support::Free => "free end",
     };
     format!(
@@ -324,7 +317,7 @@ pub fn model(scene: &Scene) -> String {
                 Integrator::DormandPrince853 { tolerance } => {
                     format!("{law}, adaptive steps, tolerance {tolerance:.0e}")
                 }
-                Integrator::Symplectic { step: fixed } => format!("{law}, {}", step(fixed)),
+                Integrator::OnDisc { step: fixed } => format!("{law}, {}", step(fixed)),
             }
         }
         (ModelKind::Reduced, _) => format!(

@@ -63,7 +63,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
 fn frozen(room: &Room<'_>, overlap: f64) -> f64 {
     let Ok(scene) = room.scene("rigid", &[]) else { return 0.0 };
     let bead = &scene.chain.beads[0];
-    let Ok((mesh, _)) = bead_mesh(bead, &scene) else { return 0.0 };
+    let Ok(mesh) = bead_mesh(bead, &scene) else { return 0.0 };
     let edge = (0.5 * bead.radius * overlap).sqrt();
     let radii: Vec<f64> = mesh
         .boundary("front")

@@ -5,14 +5,12 @@
 //! stability -- --include-ignored`.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-mod bar;
 mod chains;
 mod chaos;
 mod dampers;
 mod effects;
 mod fits;
 mod frequencies;
-mod grid_mesh;
 mod impact;
 mod page;
 mod record;
@@ -130,17 +128,9 @@ pub const CASES: &[Case] = &[
     Case {
         number: 4,
         name: "step",
-        what: "The force of a hit converges as the step falls from 1 µs to 0.001 µs, or the step is refused; with mass at the contact nodes \
-               it does not.",
+        what: "The force of a hit converges as the step falls from 1 µs to 0.001 µs, or the step is refused.",
         fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: steps::examine,
-    },
-    Case {
-        number: 5,
-        name: "sharp-edged annulus",
-        what: "A bead on a ring’s edge instead of a torus: bounded, and converging in the force with the mesh.",
-        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
-        examine: ring::sharp,
     },
     Case {
         number: 6,
@@ -208,13 +198,6 @@ pub const CASES: &[Case] = &[
         what: "The scatter under perturbations no laboratory controls tells a chaotic regime from a regular one.",
         fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: chaos::examine,
-    },
-    Case {
-        number: 15,
-        name: "elastic bar on a rigid wall",
-        what: "The contact lasts 2L/c and carries ρ c v A; the bar leaves with its speed; nothing oscillates but the last mode of the reduced model (Doyen, Ern & Piperno 2011).",
-        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
-        examine: bar::examine,
     },
     Case {
         number: 16,

@@ -1,6 +1,6 @@
 //! The step, from useless to far too fine.
 
-use super::{FidelityLevel, Limit, room::Room};
+use super::{Limit, room::Room};
 use granchain_model::scene::PistonMotion;
 
 /// A piston that moves at constant speed from the start.
@@ -58,22 +58,4 @@ pub(super) fn examine(room: &mut Room<'_>) {
         let name = format!("error at {} µs over that at {} µs", 1e6 * last.0, 1e6 * first.0);
         room.check(name, last.1 / first.1, Limit::AtMost(0.1), "1");
     }
-    if room.fidelity == FidelityLevel::Fea {
-        consistent(room, &reference);
-    }
-}
-
-/// What mass at the contact nodes does instead.
-fn consistent(room: &mut Room<'_>, reference: &[f64]) {
-    let mut errors = Vec::new();
-    for step in [1e-7, 5e-8, 2e-8, 1e-8, 5e-9, 2e-9] {
-        match hit(room, step, &["model.contact_mass=consistent"]) {
-            Ok(force) => errors.push((step, error(&force, reference, 1))),
-            Err(reason) => return room.failed(&format!("mass at the contact nodes, {} µs", 1e6 * step), reason),
-        }
-    }
-    let least = errors.iter().map(|(_, error)| *error).fold(f64::INFINITY, f64::min);
-    let last = errors.last().map_or(f64::NAN, |(_, error)| *error);
-    let name = "mass at the contact nodes: error at the finest step over the least (it grows)";
-    room.check(name, last / least, Limit::AtLeast(5.0), "1");
 }

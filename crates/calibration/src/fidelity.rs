@@ -72,8 +72,7 @@ pub fn chain_below(scene: &Scene) -> Scene {
         chain.contact_law = ContactLaw::FiniteBody;
     }
     if scene.model.kind == ModelKind::Reduced {
-        (chain.model.fea.density, chain.model.fea.elements) =
-            (scene.model.reduced.density, scene.model.reduced.elements);
+        chain.model.fea.density = scene.model.reduced.density;
     }
     chain.model.kind = ModelKind::Chain;
     chain
@@ -82,8 +81,7 @@ pub fn chain_below(scene: &Scene) -> Scene {
 /// The reduced model between chain and finite elements, with the same mesh; `None` for other models.
 pub(crate) fn reduced_below(scene: &Scene) -> Option<Scene> {
     let mut reduced = scene.clone();
-    (reduced.model.reduced.density, reduced.model.reduced.elements) =
-        (scene.model.fea.density, scene.model.fea.elements);
+    reduced.model.reduced.density = scene.model.fea.density;
     reduced.model.reduced.contact_patch = scene.model.fea.contact_patch;
     reduced.model.kind = ModelKind::Reduced;
     (scene.model.kind == ModelKind::Fea).then_some(reduced)

@@ -240,7 +240,7 @@ impl Bodies {
             piston: (scene.piston, scene.piston_material.clone()),
             water: scene.water.clone(),
             clock: match scene.model.integrator {
-                Integrator::Symplectic { step } if support.disc().is_some() => Some(step),
+                Integrator::OnDisc { step } if support.disc().is_some() => Some(step),
                 _ => None,
             },
             support,

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    AnnulusShape, ContactLaw, ContactMass, ContactNormal, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn,
-    ModelKind, Relaxation, Scene, Scheme, Sensor, Support, TermDescription, setting::given,
+    AnnulusShape, ContactLaw, DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn, ModelKind, Relaxation,
+    Scene, Scheme, Sensor, Support, TermDescription, setting::given,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -236,15 +236,6 @@ fn water_effects(scene: &Scene) -> Vec<Effect> {
 fn mesh_effects(scene: &Scene) -> Vec<Effect> {
     let (kind, fea) = (scene.model.kind, &scene.model.fea);
     let under = |has: bool, setting: (bool, String)| if has { setting } else { off(model(scene)) };
-    let in_fea = |setting| under(kind == ModelKind::Fea, setting);
-    let in_meshed = |setting| under(kind.is_meshed(), setting);
-    let off_axis = match scene.support.normal() {
-        Some(normal) => (normal == ContactNormal::Moving, format!("support.normal = {}", normal.name())),
-        None => off("no contact lies off the axis"),
-    };
-    let meshed = scene.chain.beads.iter().filter(|bead| bead.mesh.is_some()).count();
-    let own = scene.support.mesh_file().is_some();
-    let support = if own { "the support" } else { "no support" };
     let dissipation = match (fea.scheme, fea.scheme.dissipation()) {
         (Scheme::Trapezoid, _) => off("model.integrator = trapezoid"),
         (scheme, value) => {
@@ -254,17 +245,9 @@ fn mesh_effects(scene: &Scene) -> Vec<Effect> {
     let density = format!("{}, model.mesh_density = {}", model(scene), scene.model.meshing().density);
     let modes = scene.model.reduced.modes;
     let kept = (modes > 0, format!("model.modes = {modes}, the rest as static flexibility"));
-    let contact_mass = fea.contact_mass;
-    let mass = (contact_mass == ContactMass::Consistent, format!("model.contact_mass = {}", contact_mass.name()));
     vec![
-        effect("elastic bodies", in_meshed(on(density))),
+        effect("elastic bodies", under(kind.is_meshed(), on(density))),
         effect("modes of the bodies", under(kind == ModelKind::Reduced, kept)),
-        effect("mass at the contact nodes", in_fea(mass)),
-        effect("numerical dissipation", in_fea(dissipation)),
-        effect("moving contact normal", in_meshed(off_axis)),
-        effect(
-            "bodies from mesh files",
-            in_meshed((meshed > 0 || own, format!("{meshed} beads and {support} from mesh files"))),
-        ),
+        effect("numerical dissipation", under(kind == ModelKind::Fea, dissipation)),
     ]
 }

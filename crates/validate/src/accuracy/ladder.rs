@@ -251,14 +251,6 @@ impl Ladder {
                 Limit::Is(exact.clone()),
             ),
             line(
-                "chain-step",
-                FidelityLevel::ChainFixed,
-                step,
-                &[],
-                &[1e-7, 5e-8, 2.5e-8, 1.25e-8, 6.25e-9],
-                Limit::Is(exact),
-            ),
-            line(
                 "finite-body-tolerance",
                 FidelityLevel::FiniteBody,
                 tolerance,

@@ -1,9 +1,8 @@
 //! How every effect is taken out of a scene, or put into one that does not have it.
 
 use granchain_model::scene::{
-    Absorption, ContactLaw, ContactMass, ContactNormal, DEFAULT_MODES, DEFAULT_TOLERANCE, Damping, DampingKind,
-    DampingPlacement, DampingTerm, DriveKind, FlatContact, Horn, Integrator, ModelKind, Relaxation, Scene, Scheme,
-    Support, TermDescription, WaterMesh, WaterMethod,
+    Absorption, ContactLaw, DEFAULT_MODES, Damping, DampingKind, DampingPlacement, DampingTerm, DriveKind, FlatContact,
+    Horn, Integrator, ModelKind, Relaxation, Scene, Scheme, Support, TermDescription, WaterMesh, WaterMethod,
 };
 use granchain_signal::Quantity;
 
@@ -139,15 +138,15 @@ fn point_masses(scene: &mut Scene) -> bool {
         _ => scene.model.fea.step,
     };
     if matches!(scene.support, Support::Disc { .. }) {
-        scene.model.integrator = Integrator::Symplectic { step };
+        scene.model.integrator = Integrator::OnDisc { step };
     }
     scene.model.kind = ModelKind::Chain;
     scene.contact_law = ContactLaw::Hertz;
-    !matches!(scene.support, Support::Body { .. })
+    true
 }
 
 fn elastic_bodies(scene: &mut Scene) -> bool {
-    if let Integrator::Symplectic { step } = scene.model.integrator {
+    if let Integrator::OnDisc { step } = scene.model.integrator {
         scene.model.reduced.step = step;
     }
     scene.model.kind = ModelKind::Reduced;
@@ -161,28 +160,10 @@ fn still_bodies(scene: &mut Scene) -> bool {
     elastic_bodies(scene)
 }
 
-fn normal(scene: &mut Scene, wanted: ContactNormal) -> bool {
-    let (Support::Annulus { normal, .. } | Support::Body { normal, .. }) = &mut scene.support else { return false };
-    *normal = wanted;
-    true
-}
-
-/// Meshed bodies stepped whole, where a normal can move.
-fn in_elements(scene: &mut Scene) -> bool {
-    scene.model.kind = ModelKind::Fea;
-    scene.contact_law = ContactLaw::Hertz;
-    // A moving normal is not computed together with a static force, nor needed to see what it is worth.
-    let is_ring = matches!(scene.support, Support::Annulus { .. } | Support::Body { .. });
-    is_ring && scene.chain.precompression == 0.0
-}
-
-/// The chain's fixed step knows none of them, and its contacts of finite bodies do not relax: it then is the usual one.
+/// Contacts of finite bodies do not relax: the chain then has the usual ones.
 fn takes_effects(scene: &mut Scene) -> bool {
     if scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }) {
         scene.contact_law = ContactLaw::Hertz;
-        if let Integrator::Symplectic { .. } = scene.model.integrator {
-            scene.model.integrator = Integrator::DormandPrince853 { tolerance: DEFAULT_TOLERANCE };
-        }
     }
     true
 }
@@ -264,11 +245,11 @@ const CHANGES: &[Change] = &[
         },
         key: "[[chain.override]] bead = 2, radius 1 % larger",
         insert: |scene| match scene.chain.beads.get_mut(1) {
-            Some(bead) if bead.mesh.is_none() => {
+            Some(bead) => {
                 bead.radius *= 1.01;
                 true
             }
-            _ => false,
+            None => false,
         },
         ground: as_it_is,
     },
@@ -334,10 +315,7 @@ const CHANGES: &[Change] = &[
             true
         },
         // Meshed bodies have their own.
-        ground: |scene| {
-            scene.model.kind == ModelKind::Chain
-                && !matches!(scene.support, Support::Disc { .. } | Support::Body { .. })
-        },
+        ground: |scene| scene.model.kind == ModelKind::Chain && !matches!(scene.support, Support::Disc { .. }),
     },
     Change {
         name: "ring-up of the drive",
@@ -559,21 +537,6 @@ const CHANGES: &[Change] = &[
         },
     },
     Change {
-        name: "mass at the contact nodes",
-        belongs: Belongs::Model,
-        out: "model.contact_mass = massless",
-        remove: |scene| {
-            scene.model.fea.contact_mass = ContactMass::Massless;
-            true
-        },
-        key: "model.contact_mass = consistent",
-        insert: |scene| {
-            scene.model.fea.contact_mass = ContactMass::Consistent;
-            true
-        },
-        ground: |scene| scene.model.kind == ModelKind::Fea,
-    },
-    Change {
         name: "numerical dissipation",
         belongs: Belongs::Model,
         out: "model.integrator = trapezoid",
@@ -584,14 +547,5 @@ const CHANGES: &[Change] = &[
         key: "",
         insert: never,
         ground: |scene| scene.model.kind == ModelKind::Fea,
-    },
-    Change {
-        name: "moving contact normal",
-        belongs: Belongs::Model,
-        out: "support.normal = fixed",
-        remove: |scene| normal(scene, ContactNormal::Fixed),
-        key: "model.kind = fea, support.normal = moving",
-        insert: |scene| normal(scene, ContactNormal::Moving),
-        ground: in_elements,
     },
 ];

@@ -311,9 +311,9 @@ impl AccuracyReport {
 
 /// Why an order is not what theory says, where it is not.
 fn orders_explained(found: &Stored) -> Vec<String> {
-    // Without dashpots the chain's order in the step is two.
-    let chain = found.own.iter().find(|own| own.fidelity == FidelityLevel::ChainFixed && own.varied == Varied::Step);
-    let is_damped = chain.and_then(|own| own.order).is_some_and(|order| order < 1.85);
+    // Without dashpots the reduced model's order in the step is two.
+    let reduced = found.own.iter().find(|own| own.fidelity == FidelityLevel::Reduced && own.varied == Varied::Step);
+    let is_damped = reduced.and_then(|own| own.order).is_some_and(|order| order < 1.85);
     let explained = found.own.iter().filter_map(|own| {
         let order = own.order.map_or("none".to_owned(), |order| significant(order, 2));
         let off = own.order.is_none_or(|order| (order - 2.0).abs() > 0.15);
