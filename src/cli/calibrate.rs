@@ -35,7 +35,7 @@ use crate::{
     calibration::{Problem, drive::Input, fit::FitError, plan::Plan, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
-    scene::Scene,
+    scene::{Scene, simulated},
     validate::own_bench::record_of,
 };
 
@@ -188,6 +188,7 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     };
     let place = folder.finish_with(files, timing)?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
+    let text = format!("{text}{}.\n", simulated(&fitted.best().scene(0)));
     session.result(text, &outcome)?;
     Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
