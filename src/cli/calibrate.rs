@@ -188,8 +188,9 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     };
     let place = folder.finish_with(files, timing)?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
-    let text = format!("{text}{}.\n", simulated(&fitted.best().scene(0)));
-    session.result(text, &outcome)?;
+    let best = job.problem.candidates.iter().find(|candidate| candidate.law == outcome.best.damping_kind);
+    let effects = best.map_or(String::new(), |candidate| format!("{}.\n", simulated(candidate.scene())));
+    session.result(text + &effects, &outcome)?;
     Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
 

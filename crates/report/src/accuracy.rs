@@ -9,9 +9,8 @@ use super::{
 };
 use granchain_calibration::design::variations::{Accuracy, Method, Row};
 
-/// Columns of what a fit sees of a change, in both tables.
-const CHANGES: [(&str, &str); 6] =
-    [("peak +", "%"), ("peak −", "%"), ("1/3", "1"), ("2/3", "1"), ("α", "%"), ("damping", "%")];
+/// Columns of what a fit sees of a change.
+const CHANGES: [&str; 6] = ["+peak %", "−peak %", "1/3", "2/3", "α %", "damping %"];
 
 /// Variations of a scene, measured, and where they come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,11 +53,13 @@ fn cells_of_changes(row: &Row) -> Vec<String> {
     row.peaks.map(changed).into_iter().chain(row.ratios.map(ratio)).chain(row.shift.map(shifted)).collect()
 }
 
-fn columns_of_changes() -> impl Iterator<Item = Column> {
-    CHANGES.into_iter().map(|(name, unit)| match unit {
-        "1" => Column::numbers(name),
-        unit => Column::numbers(name).unit(unit),
-    })
+fn columns_of_changes(first: &str) -> Vec<Column> {
+    std::iter::once(Column::words(first)).chain(CHANGES.map(Column::numbers)).collect()
+}
+
+/// Seconds; what takes less than a tenth of a millisecond, such as bodies that there are none of, takes none.
+fn seconds(value: f64) -> String {
+    if value < 1e-4 { "–".into() } else { significant(value, 2) }
 }
 
 impl AccuracyReport {
@@ -73,8 +74,8 @@ impl AccuracyReport {
         let Accuracy { rows, reference_error, .. } = &self.accuracy;
         let front = self.accuracy.front();
         let mark = |(place, row): (usize, &Row)| {
-            let marks = [(row.is_default, "default"), (front.contains(&place), "front")];
-            marks.into_iter().filter(|(is, _)| *is).map(|(_, word)| word).collect::<Vec<_>>().join(", ")
+            let marks = [(row.is_default, "default"), (front.contains(&place), "*")];
+            marks.into_iter().filter(|(is, _)| *is).map(|(_, word)| word).collect::<Vec<_>>().join(" ")
         };
         let total = |row: &Row| {
             if row.total < *reference_error { format!("< {}", percent(*reference_error)) } else { percent(row.total) }
@@ -84,27 +85,48 @@ impl AccuracyReport {
                 row.name.clone(),
                 row.mesh.map_or("–".into(), |density| density.to_string()),
                 row.step.clone(),
-                significant(row.bodies_s, 2),
-                significant(row.run_s, 2),
+                seconds(row.bodies_s),
+                seconds(row.run_s),
                 total(row),
                 row.own.map_or("–".into(), percent),
                 mark((place, row)),
             ]
         });
-        let changes = rows.iter().map(|row| std::iter::once(row.label()).chain(cells_of_changes(row)).collect());
+        let columns = ["mesh", "step", "bodies s", "run s", "error %", "own %"].map(Column::numbers);
+        let columns =
+            std::iter::once(Column::words("Model")).chain(columns).chain([Column::words("")]).collect::<Vec<_>>();
+        [Table { caption: String::new(), columns, rows: cost.collect() }, self.changes()]
+    }
+
+    /// What the rows change, and half of the intervals that this is held against.
+    fn changes(&self) -> Table {
+        let rows = self.accuracy.rows.iter().filter(|row| row.own.is_some() || row.method == Method::Effect);
+        let changes = rows.map(|row| std::iter::once(row.label()).chain(cells_of_changes(row)).collect());
         let half = self.half_widths().map(|half| half.map_or("–".into(), |half| format!("± {}", percent(half))));
         let interval = ["half of the 90 % interval", "", "", "", ""].map(String::from).into_iter().chain(half);
-        let mut columns = vec![Column::words("Model"), Column::numbers("mesh"), Column::numbers("step")];
-        columns.extend([Column::numbers("bodies").unit("s"), Column::numbers("run").unit("s")]);
-        columns.extend([Column::numbers("error").unit("%"), Column::numbers("own").unit("%"), Column::words("")]);
-        [
-            Table { caption: String::new(), columns, rows: cost.collect() },
-            Table {
-                caption: String::new(),
-                columns: std::iter::once(Column::words("")).chain(columns_of_changes()).collect(),
-                rows: changes.chain([interval.collect()]).collect(),
-            },
-        ]
+        Table {
+            caption: String::new(),
+            columns: columns_of_changes(""),
+            rows: changes.chain([interval.collect()]).collect(),
+        }
+    }
+
+    /// The effects in two tables: share of the time that goes without each, – below noise; then what it changes.
+    #[must_use]
+    pub fn effect_tables(&self) -> [Table; 2] {
+        let rows = &self.accuracy.rows;
+        let cells = rows.iter().enumerate().map(|(place, row)| {
+            let saved = 1.0 - row.seconds() / rows[0].seconds();
+            let time = match place {
+                0 => engineering(row.seconds(), "s", 2),
+                _ if is_clear(&rows[0], row, saved) => format!("{} %", fixed(-100.0 * saved, 0)),
+                _ => "–".into(),
+            };
+            let change = if place == 0 { "–".into() } else { percent(row.total) };
+            vec![row.name.clone(), time, change]
+        });
+        let columns = vec![Column::words("Without"), Column::numbers("time"), Column::numbers("waveform %")];
+        [Table { caption: String::new(), columns, rows: cells.collect() }, self.changes()]
     }
 
     /// What is compared, with what, over which time.
@@ -124,8 +146,8 @@ impl AccuracyReport {
     pub fn legend(&self) -> String {
         let whose = if self.calibrated.is_some() { "the calibration" } else { "a fit of this window" };
         format!(
-            "error: rms of the difference over rms of the reference. own: what a finer step and mesh change of the same model. front: nothing is both \
-             faster and more accurate, by √(error² + own²). run: the whole scene, one thread. α, damping: by how much a fit with this setting is off; \
+            "error: rms of the difference over rms of the reference. own: what a finer step and mesh change of the same model. *: nothing is both faster \
+             and more accurate, by √(error² + own²). run: the whole scene, one thread. α, damping: by how much a fit with this setting is off; \
              ± half of the 90 % interval of {whose}. Peaks and ratios are those of the first twelve cycles."
         )
     }
@@ -200,7 +222,7 @@ impl AccuracyReport {
         if is_of_models {
             blocks.push(Block::Plates(vec![Plate::new("work-precision", self.figure())]));
         }
-        let tables = if is_of_models { self.tables().to_vec() } else { vec![effects_table(&self.accuracy)] };
+        let tables = if is_of_models { self.tables() } else { self.effect_tables() };
         blocks.extend(tables.into_iter().map(Block::Table));
         blocks.push(Block::Paragraph(self.legend()));
         blocks.extend(Block::listed("Not run", self.left_out()));
@@ -260,7 +282,7 @@ pub fn advice(effects: &Accuracy, target: Option<f64>) -> Vec<String> {
         let moves =
             row.shift[0].map_or_else(String::new, |shift| format!(", α of a fit moves by {} %", shifted(Some(shift))));
         format!(
-            "{}: {:.0} % less time{moves}, the waveform changes by {} %",
+            "without {}: {:.0} % less time{moves}, the waveform changes by {} %",
             row.name,
             100.0 * saved,
             percent(row.total)
@@ -283,26 +305,3 @@ fn is_clear(base: &Row, row: &Row, saved: f64) -> bool {
 
 /// Savings below it say nothing about another machine, 1.
 const LEAST_SAVING: f64 = 0.1;
-
-/// The effects as a table: share of the time that goes without each, – below noise; then what it changes.
-#[must_use]
-pub fn effects_table(effects: &Accuracy) -> Table {
-    let base = &effects.rows[0];
-    let rows = effects.rows.iter().enumerate().map(|(place, row)| {
-        let saved = 1.0 - row.seconds() / base.seconds();
-        let clear = place > 0 && is_clear(base, row, saved);
-        let time = match place {
-            0 => engineering(row.seconds(), "s", 2),
-            _ if clear => format!("{} %", fixed(-100.0 * saved, 0)),
-            _ => "–".into(),
-        };
-        let error = if place == 0 { "–".into() } else { percent(row.total) };
-        [row.name.clone(), time, error].into_iter().chain(cells_of_changes(row)).collect()
-    });
-    let first = [Column::words("Scene"), Column::numbers("time"), Column::numbers("change").unit("%")];
-    Table {
-        caption: String::new(),
-        columns: first.into_iter().chain(columns_of_changes()).collect(),
-        rows: rows.collect(),
-    }
-}

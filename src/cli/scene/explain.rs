@@ -20,7 +20,7 @@ use crate::{
     },
     measurement::shell_word,
     report::{
-        accuracy::{AccuracyReport, advice, effects_table},
+        accuracy::{AccuracyReport, advice},
         number::significant,
     },
     scene::{self, Effect, ModelKind, Scene, WaterMethod, simulated, without_each},
@@ -78,8 +78,8 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
         calibrated: None,
         accuracy: costs,
     };
-    let mut text = advice.join("\n") + "\n\n" + &aligned(&effects_table(&report.accuracy));
-    text += "\ntime: of a run with its bodies, – below the noise of the measurement. Then what leaving the effect out changes: rms of the waveform, peaks,\n\
+    let mut text = advice.join("\n") + "\n\n" + &report.effect_tables().map(|table| aligned(&table)).join("\n");
+    text += "\ntime: of a run with its bodies, – below the noise of the measurement. Then what leaving the effect out changes: rms of the waveform, peaks, \
              A(f0/3)/A(f0), A(2f0/3)/A(f0), α and damping of a fit.\n";
     text += &format!("{}.\n", report.simulated);
     text.extend(report.left_out().into_iter().map(|line| line + "\n"));

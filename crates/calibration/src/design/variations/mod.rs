@@ -57,8 +57,8 @@ impl Method {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            Self::Hertz => "chain, Hertz",
-            Self::FiniteBody => "chain, finite bodies",
+            Self::Hertz => "Hertz chain",
+            Self::FiniteBody => "finite-body chain",
             Self::Reduced => "reduced",
             Self::Fea => "finite elements",
             Self::Effect => "without an effect",
@@ -286,6 +286,9 @@ impl Study {
         let (mut ran, mut left_out, mut chain) = (Vec::<Ran>::new(), Vec::new(), None);
         let mut failed = None;
         for group in groups(&self.scene, self.densities, self.purpose.fea) {
+            if watch.stop() {
+                return Err(ModelError::Stopped { time: 0.0 });
+            }
             let is_timed = group.iter().any(|variation| variation.shown);
             match self.group(&group, cache.filter(|_| !is_timed), watch) {
                 Ok((made, prepared)) => {
@@ -369,12 +372,12 @@ impl Study {
         for (name, without) in without_each(&self.scene) {
             match run(&without) {
                 Ok((ran, _)) => rows.push(Row {
-                    name: format!("without {name}"),
+                    name: name.to_owned(),
                     method: Method::Effect,
                     ..self.compared(&ran, &base.values, base.features, sensitivity.as_ref())
                 }),
                 Err(error @ ModelError::Stopped { .. }) => return Err(error),
-                Err(error) => left_out.push([format!("without {name}"), error.to_string()]),
+                Err(error) => left_out.push([format!("the scene without {name}"), error.to_string()]),
             }
             watch.advance(1);
         }
