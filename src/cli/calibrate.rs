@@ -33,6 +33,7 @@ use crate::{
     calibration::{Problem, drive::Input, fit::FitError, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
+    scene::simulated,
 };
 
 #[derive(Debug, Args)]
@@ -174,7 +175,9 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     };
     let place = folder.finish_with(files, timing)?;
     let text = page::text(&outcome, "record", &place);
-    session.result(text, &outcome)?;
+    let best = job.problem.candidates.iter().find(|candidate| candidate.law == outcome.best.damping_kind);
+    let effects = best.map_or(String::new(), |candidate| format!("{}.\n", simulated(candidate.scene())));
+    session.result(text + &effects, &outcome)?;
     Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
 

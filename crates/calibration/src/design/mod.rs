@@ -11,6 +11,7 @@
 mod count;
 mod experiment;
 pub mod record;
+pub mod variations;
 
 pub use count::{ExperimentCount, OwnCount, ParameterCoverage, deviations, wilson};
 pub use experiment::{Experiment, OwnPlan};
