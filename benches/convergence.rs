@@ -5,8 +5,10 @@
 
 use granchain::{
     model, scene,
-    signal::Series,
-    validate::convergence::{error, moving_average, observed_order},
+    signal::{
+        Series,
+        convergence::{error, moving_average, observed_order},
+    },
 };
 
 /// Windows of time, s.

@@ -123,7 +123,7 @@ fn write_mesh(path: &Path, density: usize) -> Result<(), String> {
     let boundary = |name: &str| mesh.boundary(name).map(|boundary| boundary.nodes.clone());
     let value = serde_json::json!({
         "nodes": mesh.nodes,
-        "quadrilaterals": mesh.elements.iter().map(|element| element.nodes).collect::<Vec<_>>(),
+        "quadrilaterals": mesh.elements,
         "front": boundary("front"),
         "back": boundary("back"),
     });

@@ -29,7 +29,7 @@ use granchain::{
         factor::Factor,
         mesh::{BeadMesh, bead},
     },
-    scene::{ContactMass, Material},
+    scene::Material,
 };
 
 /// 4/Δt² at 0.1 µs, 1/s².
@@ -38,7 +38,7 @@ const MASS_SCALE: f64 = 4e14;
 /// A steel bead with massless contact patches.
 fn steel_bead(density: usize) -> Body {
     let mesh = bead(0.5e-3, &BeadMesh::of_density(density)).unwrap();
-    Body::new(mesh, &[Material::chrome_steel()], &[], &["front", "back"], ContactMass::Massless).unwrap()
+    Body::new(mesh, &Material::chrome_steel(), &[], &["front", "back"]).unwrap()
 }
 
 /// Least time of repeated calls, s.

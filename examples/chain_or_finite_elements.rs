@@ -10,8 +10,7 @@ use std::error::Error;
 use granchain::{
     model::{self, contact_law::FiniteBody},
     scene::{self, ModelKind, Scene},
-    signal::Series,
-    validate::convergence::moving_average,
+    signal::{Series, convergence::moving_average},
 };
 
 const WINDOWS: [(f64, f64); 3] = [(0.0, 20e-6), (20e-6, 40e-6), (40e-6, 50e-6)];

@@ -9,7 +9,7 @@
 use std::{error::Error, fmt::Write, fs, path::PathBuf};
 
 use granchain::{
-    calibration::synthetic::{at_level, horn_tip_csv, vibrometer_csv},
+    calibration::synthetic::{horn_tip_csv, vibrometer_csv},
     measurement::{Baseline, ReadOptions, RecordKind, read_record},
     model, scene,
     signal::{Conditioning, Series},
@@ -47,7 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut random = ChaCha8Rng::seed_from_u64(73);
         random.set_stream(number as u64);
         let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
-        let scene = at_level(&bench, level);
+        let mut scene = bench.clone();
+        scene.drive.amplitude *= level;
 
         let motion = scene.drive.motion(1.0);
         let mut horn = Series::new(-PRE_TRIGGER, SAMPLE_STEP, vec![0.0; samples + 1]);

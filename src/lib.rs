@@ -102,4 +102,3 @@ pub use granchain_model::{self as model, response, scene};
 pub use granchain_record as measurement;
 pub use granchain_report as report;
 pub use granchain_signal::{self as signal, feature};
-pub use granchain_validate as validate;

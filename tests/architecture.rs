@@ -37,7 +37,6 @@ const OWNED_CRATES: &[(&str, &str)] = &[
     ("anyhow", "src/cli"),
     ("indicatif", "src/cli"),
     ("console", "src/cli"),
-    ("dialoguer", "src/cli"),
     ("textwrap", "src/cli"),
     ("ctrlc", "src/cli"),
     ("signal_hook", "src/cli"),

@@ -370,7 +370,6 @@ def calibrate(
     uncertainty: Mapping[str, Quantity] | None = None,
     evaluations: int | None = None,
     widen: float | None = None,
-    coverage: int | None = None,
     seed: int | None = None,
     alpha: float | None = None,
     limits: bool = True,
@@ -383,7 +382,7 @@ def calibrate(
     Parameters
     ----------
     measured
-        Record of a vibrometer or hydrophone, a TOML file of published values, or several records to fit together.
+        Record of a vibrometer or hydrophone, or several records to fit together.
     drive
         Record of the horn, for all records or for each [default: ``horn_tip.csv`` beside the record]. ``"none"`` takes the scene's own drive.
     scene
@@ -393,7 +392,7 @@ def calibrate(
     model
         Model that gives the values: ``chain``, ``reduced`` or ``fea`` [default: ``reduced`` for a single velocity record]. ``ladder`` is ``reduced``.
     accuracy
-        Instead of `model`, the largest error, such as ``"1%"``: the fastest model and settings that reach it on the built-in scene are used.
+        Instead of `model`, the largest error, such as ``"1%"``: the fastest model and settings that reach it on this scene are used.
     plan
         Plan of the fit (TOML). Keywords win over it.
     quantity
@@ -410,8 +409,6 @@ def calibrate(
         Number of runs for each damping law [default: the number with which intervals were tested].
     widen
         Factor, at least 1, on every 90 % interval.
-    coverage
-        Number of synthetic records of this bench. Their coverage is in ``json["coverage"]``.
     seed
         Seed of the random values [default: 1].
     alpha
@@ -481,7 +478,7 @@ def calibrate(
         words += ["--bounds", f"{name}={text(low)}:{text(high)}"]
     for name, value in (uncertainty or {}).items():
         words += ["--uncertainty", f"{name}={text(value)}"]
-    words += flags({"evaluations": evaluations, "widen": widen, "coverage": coverage, "seed": seed})
+    words += flags({"evaluations": evaluations, "widen": widen, "seed": seed})
     words += flags({"alpha": alpha, "no_limits": not limits})
     words += of_records + _of_drive(of_drives, of_records) + flags(reading)
     return Calibration(native.calibrate(words, cache, contents, drive_contents, progress))

@@ -11,5 +11,6 @@ pub mod page;
 pub mod paper;
 pub mod portrait;
 pub mod precompression;
+pub mod published;
 pub mod trend;
 pub mod water;

@@ -2,11 +2,9 @@
 //!
 //! plan and flags → record and drive → one fit a damping law → the accurate run at the fit → report.
 
-mod alpha_sweep;
 mod bench;
 pub(super) mod definition;
 pub mod files;
-pub mod impact;
 pub(super) mod manifest;
 mod page;
 
@@ -24,7 +22,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, Words, one_of, usage, whole},
+    arguments::{OutputArguments, SceneArguments, Session, Words, one_of, whole},
     interrupt,
     output::{NOTHING_SAVED, OutputFolder},
     reading::{DriveReadArguments, ReadArguments},
@@ -32,11 +30,10 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    calibration::{Problem, drive::Input, fit::FitError, plan::Plan, recorded_run::labels, refusal::Refusal},
+    calibration::{Problem, drive::Input, fit::FitError, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
-    scene::Scene,
-    validate::own_bench::record_of,
+    scene::simulated,
 };
 
 #[derive(Debug, Args)]
@@ -44,7 +41,7 @@ use crate::{
                   granchain calibrate --measured vib.csv --drive horn_tip.csv --scene annulus\n  \
                   granchain calibrate --measured s.csv --channel CH2 --drive-read channel=CH1")]
 pub struct Arguments {
-    /// Record (CSV, UFF or an instrument's own binary file) or published values (TOML); several records are fitted together. If they share one horn record they
+    /// Record (CSV, UFF or an instrument's own binary file); several records are fitted together. If they share one horn record they
     /// are treated as repeated shots of one experiment
     #[arg(long, value_name = "FILE", num_args = 1.., help_heading = "Fit")]
     pub measured: Vec<PathBuf>,
@@ -75,7 +72,7 @@ pub struct Arguments {
     /// Uncertainty of what the laboratory does not control, such as "gap=0.5 nm" (a number without unit is SI); repeatable. Names: gap (scale
     /// of a half-normal distribution), drive (half-width of a uniform one), and as standard deviations gap_scale, baseline, sensitivity, precompression,
     /// support_stiffness, modulus, mass [default: gap=0.3nm, gap_scale=0.4, drive=0.005, sensitivity=0.003,
-    /// modulus=0.012, mass=0.012, baseline: estimated from the horn-tip record; of hits of a striker: drive=0.05, modulus=0.004]
+    /// modulus=0.012, mass=0.012, baseline: estimated from the horn-tip record]
     #[arg(long, value_name = "NAME=VALUE", help_heading = "Fit")]
     pub uncertainty: Vec<String>,
     /// Number of runs for each damping law [default: 600; 1800 for three or more parameters; 1200 for several records. The intervals were tested with
@@ -85,9 +82,6 @@ pub struct Arguments {
     /// Factor from 1 to 100 on every 90 % interval of the answer; `coverage --plan` states the one that a bench needs
     #[arg(long, value_name = "X", help_heading = "Fit")]
     pub widen: Option<f64>,
-    /// Count coverage with so many synthetic records of this bench and add it to the report
-    #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(1_000_000)), help_heading = "Fit")]
-    pub coverage: Option<u64>,
     #[command(flatten)]
     pub scene: SceneArguments,
     #[command(flatten)]
@@ -122,12 +116,8 @@ pub struct Job {
     pub(super) program: String,
     /// The plan and the bench file, where there are such, by role.
     plans: Vec<(&'static str, Input)>,
-    /// The mesh files of all scenes as they were before the first run.
-    meshes: Vec<Input>,
     /// Whether an answer that does not explain the record is a failure.
     strict: bool,
-    /// The merged plan, and the number of synthetic records with which coverage is counted.
-    coverage: Option<(Plan, u64)>,
 }
 
 /// The command, as a state names it.
@@ -140,9 +130,6 @@ pub fn execute(arguments: Arguments) -> anyhow::Result<Outcome> {
     let (session, output) = (arguments.session.clone(), arguments.output.clone());
     let (resume, dry_run) = (arguments.resume, arguments.dry_run);
     let typed = manifest::typed(super::typed().skip(1));
-    if let Some(job) = impact::prepare(&arguments, &typed, &InMemory::default())? {
-        return impact::execute(&job, &arguments, timing);
-    }
     let job = prepare(arguments, typed, &InMemory::default())?;
     session.assumed(job.problem.assumptions.iter().chain(&model_taken(&job.problem)?));
     session.warn(job.problem.warnings());
@@ -187,23 +174,18 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
         }
     };
     let place = folder.finish_with(files, timing)?;
-    let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
-    session.result(text, &outcome)?;
+    let text = page::text(&outcome, "record", &place);
+    let best = job.problem.candidates.iter().find(|candidate| candidate.law == outcome.best.damping_kind);
+    let effects = best.map_or(String::new(), |candidate| format!("{}.\n", simulated(candidate.scene())));
+    session.result(text + &effects, &outcome)?;
     Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
 
 /// Read and check everything that the arguments name, but for the records that are in memory; `typed` is what they were on the command line.
 pub fn prepare(arguments: Arguments, typed: Vec<String>, in_memory: &InMemory) -> anyhow::Result<Job> {
-    let (problem, plan, plans) = definition::problem(&arguments, in_memory)?;
-    if arguments.coverage.is_some() {
-        record_of(&problem).map_err(|error| usage(format!("--coverage: {error}")))?;
-    }
-    let coverage = arguments.coverage.map(|count| (plan, count));
-    let scenes = problem.candidates.iter().flat_map(|candidate| &candidate.scenes);
-    let files: BTreeSet<PathBuf> = scenes.flat_map(Scene::mesh_files).collect();
-    let meshes = files.into_iter().map(Input::digest).collect::<Result<_, _>>()?;
+    let (problem, plans) = definition::problem(&arguments, in_memory)?;
     let strict = arguments.strict;
-    Ok(Job { problem, arguments: typed, program: summary::program(), plans, meshes, strict, coverage })
+    Ok(Job { problem, arguments: typed, program: summary::program(), plans, strict })
 }
 
 /// What a stopped or a refused pipeline is to the terminal.

@@ -1,43 +1,40 @@
-//! `granchain coverage`: synthetic records of known truth, made as laboratories store them, through the whole of `calibrate`: how many intervals hold
-//! the truth, how many right models are called wrong, how many wrong ones are named.
-
-mod bench;
-mod impact;
-mod plan;
+//! `granchain coverage`: coverage on the bench of a plan, and expected interval widths of experiments not yet made.
 
 use std::{
     ops::Range,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::Arc,
 };
 
 use clap::Args;
-use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
     Outcome,
     arguments::{OutputArguments, Session, Words, one_of, usage, whole},
-    calibrate::QUANTITIES,
-    interrupt,
+    calibrate::{definition::refused, manifest},
+    experiment,
+    interrupt::{self, Interrupted},
     output::{OutputFolder, aligned, page_results, publish},
     parts::{self, Divisible, PartArguments, Parts},
     progress, summary,
     timing::Timing,
 };
 use crate::{
-    calibration::{plan::Likelihood, search::Search},
-    feature::Measurand,
-    scene::ModelKind,
-    signal::closest,
-    study::Axis,
-    validate::{
-        laboratory::{Condition, Files, LaboratoryCount, LaboratoryPlan, LaboratoryRecord, NAMES, Setting, laboratory},
-        page::laboratory::{LaboratoryReport, tables},
+    calibration::{
+        Plan, Problem,
+        bench::Bench,
+        design::{Experiment, OwnBench, OwnCount, OwnPlan, OwnRecord},
+        plan::Likelihood,
+        problem::DEFAULT_SEED,
     },
+    measurement::shell_line,
+    report::design::{files, sentences, tables},
+    scene::ModelKind,
+    study::{Axis, Grid, Value as AxisValue},
 };
 
-/// Most records of a scenario: a day of eight cores.
+/// Most records of an experiment: a day of eight cores.
 const MOST: u64 = 1_000_000;
 
 const SUMMARY: &str = "coverage.json";
@@ -46,54 +43,34 @@ const SUMMARY: &str = "coverage.json";
 const COUNT: u64 = 8;
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  granchain coverage --scenario pretrigger,bits --count 4 --out coverage\n  \
-                  granchain coverage --plan plan.toml --count 40 --out coverage\n  \
+#[command(after_help = "Examples:\n  granchain coverage --plan plan.toml --count 40 --out coverage\n  \
                   granchain coverage --plan plan.toml --vary drive=0.4:1.6:0.4")]
 pub struct Arguments {
-    /// Measurement scenarios: `right`: all whose bench is correct; `wrong`: all with a wrong bench or a faulty record; `all`; names such as
-    /// pretrigger,bits (an unknown name lists all); or `impact` alone [default: right]
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', default_value = "right", hide_default_value = true)]
-    pub scenario: Vec<String>,
-    /// Recorded quantity, without --scenario only; for a pressure every mount of the disc is fitted [default: velocity]
-    #[arg(long, value_parser = one_of(&QUANTITIES), conflicts_with = "scenario")]
-    pub quantity: Option<Measurand>,
-    /// Records of each bench, at drive levels 1, 1/2, 1/4 …, fitted together (not with --scenario)
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1_u32, Some(6)), conflicts_with = "scenario")]
-    pub records: u32,
-    /// Parameters to fit, as with `calibrate --fit` (not with --scenario) [default: alpha,damping]
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', conflicts_with = "scenario")]
-    pub fit: Vec<String>,
-    /// Plan (TOML) of your own record: its bench, with true values drawn from the posterior of its fit
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "quantity", "records", "fit", "mesh_density", "keep_records"])]
-    pub plan: Option<PathBuf>,
+    /// Plan (TOML) of your own records: their bench, with true values drawn from the posterior of its fit
+    #[arg(long, value_name = "FILE")]
+    pub plan: PathBuf,
     /// Experiments to plan: values of a scene key, KEY=START:STOP:STEP or KEY=A,B,C, or factors on the recorded horn motion, drive=0.4:1.6:0.4.
     /// Without --count and --wrong nothing is fitted: the expected interval widths take seconds
-    #[arg(long, value_name = "KEY=VALUES", value_parser = Axis::parse, requires = "plan")]
+    #[arg(long, value_name = "KEY=VALUES", value_parser = Axis::parse)]
     pub vary: Vec<Axis>,
     /// Also fit each record on wrong benches (support, beads, damping law, first gap, radius) and count how often these are rejected
-    #[arg(long, requires = "plan")]
+    #[arg(long)]
     pub wrong: bool,
-    /// Print the widths expected if each experiment of --vary is fitted together with the plan's record
+    /// Print the widths expected if each experiment of --vary is fitted together with the plan's records
     #[arg(long, requires = "vary", conflicts_with = "wrong")]
     pub add_record: bool,
-    /// Number of synthetic records of each scenario or experiment; with --fit, --quantity or --records number of benches [default: 8]
+    /// Number of synthetic records of each experiment [default: 8]
     #[arg(long, value_name = "N", value_parser = whole(1_u64, Some(MOST)))]
     pub count: Option<u64>,
     /// Number of runs of the chain in each fit [default: as calibrate]
     #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)))]
     pub evaluations: Option<u32>,
-    /// Model that simulates the records (with finer steps) and also fits them [default: chain; with --plan as calibrate]
+    /// Model that simulates the records (with finer steps) and also fits them [default: as calibrate]
     #[arg(long, value_parser = one_of(&MODELS))]
     pub model: Option<ModelKind>,
     /// Compare peaks and bands only, not every sample (`likelihood = "amplitudes"` in a plan)
     #[arg(long)]
     pub amplitudes: bool,
-    /// Mesh density of the reduced bodies [default: the model's]
-    #[arg(long, value_name = "N", value_parser = whole(2_u32, Some(128)))]
-    pub mesh_density: Option<u32>,
-    /// Keep the files of every record and the plan that fits them, in records/ below --out
-    #[arg(long, requires = "out", conflicts_with = "part")]
-    pub keep_records: bool,
     #[command(flatten)]
     pub part: PartArguments,
     #[command(flatten)]
@@ -109,30 +86,12 @@ const MODELS: Words<ModelKind, 2> = [
     ),
 ];
 
-#[derive(Debug, Serialize)]
-struct CoverageSummary<'a> {
-    program: String,
-    plan: &'a LaboratoryPlan,
-    count: &'a LaboratoryCount,
-    records: &'a [LaboratoryRecord],
-}
-
 pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
-    if arguments.quantity.is_some() || arguments.records > 1 || !arguments.fit.is_empty() {
-        return bench::execute(&arguments, session);
-    }
-    let keep_records = arguments.keep_records;
     if let Some(part) = arguments.part.part {
         let words: Vec<String> = super::typed().skip(1).collect();
         return parts::write(part, &*divisible(arguments, session.clone(), &words)?, session);
     }
-    if let Some(path) = arguments.plan.clone() {
-        return plan::Study::new(&path, arguments, session.clone(), super::typed().skip(1))?.run_here();
-    }
-    if is_impact(&arguments) {
-        return impact::Study::new(arguments, session.clone())?.run_here();
-    }
-    Study::new(arguments, session.clone())?.run_here(keep_records)
+    Study::new(arguments, session.clone(), super::typed().skip(1))?.run_here()
 }
 
 /// The study that the arguments of parts ask for.
@@ -141,119 +100,136 @@ pub(super) fn divisible(
     session: Session,
     typed: &[String],
 ) -> anyhow::Result<Box<dyn Divisible>> {
-    Ok(match arguments.plan.clone() {
-        Some(path) => Box::new(plan::Study::new(&path, arguments, session, typed.iter().cloned())?),
-        None if is_impact(&arguments) => Box::new(impact::Study::new(arguments, session)?),
-        None => Box::new(Study::new(arguments, session)?),
-    })
+    Ok(Box::new(Study::new(arguments, session, typed.iter().cloned())?))
 }
 
-fn is_impact(arguments: &Arguments) -> bool {
-    arguments.scenario.iter().any(|name| name.trim() == impact::NAME)
-}
+/// Records of each experiment that is bounded and not fitted.
+const BOUNDED: u64 = 3;
 
-/// The scenarios that `all`, `right`, `wrong` and names stand for, each once, in the order of the table.
-fn scenarios(names: &[String]) -> anyhow::Result<Vec<Condition>> {
-    let all = Condition::all();
-    let mut chosen: Vec<Condition> = Vec::new();
-    for name in names {
-        match name.trim() {
-            "all" => chosen.extend(&all),
-            "right" => chosen.extend(all.iter().filter(|condition| condition.expected().is_none())),
-            "wrong" => chosen.extend(all.iter().filter(|condition| condition.expected().is_some())),
-            name => chosen.push(Condition::named(name).ok_or_else(|| {
-                let known = || all.iter().map(|condition| condition.name());
-                let remedy = closest(name, known()).map_or_else(
-                    || {
-                        format!(
-                            "expected all, right, wrong, impact or some of {}",
-                            known().collect::<Vec<_>>().join(", ")
-                        )
-                    },
-                    |near| format!("did you mean `{near}`?"),
-                );
-                usage(format!("--scenario: unknown scenario `{name}`; {remedy}"))
-            })?),
-        }
+/// The axis of `--vary` that is no key of a scene: a factor on the horn's motion.
+const LEVEL: &str = "drive";
+
+/// The experiments of a grid; the bench as it was recorded without one.
+fn experiments(axes: Vec<Axis>, bench: &Bench) -> anyhow::Result<Vec<Experiment>> {
+    if axes.is_empty() {
+        return Ok(vec![Experiment::as_recorded()]);
     }
-    Ok(all.into_iter().filter(|condition| chosen.contains(condition)).collect())
+    let grid = Grid::new(axes)?;
+    experiment::refuse_wrong_units(bench, &grid)?;
+    let experiment = |index: usize| {
+        let (mut level, mut set) = (1.0, Vec::new());
+        for (axis, value) in grid.axes.iter().zip(grid.values(index)) {
+            match value {
+                AxisValue::Number(factor) if axis.key == LEVEL && *factor > 0.0 && axis.unit.is_empty() => {
+                    level = *factor
+                }
+                _ if axis.key == LEVEL => {
+                    return Err(usage(format!(
+                        "--vary {LEVEL}: expected positive factors on the recorded horn motion, such as {LEVEL}=0.4:1.6:0.4, found `{value}`"
+                    )));
+                }
+                value => set.push(format!("{}={value}", axis.key)),
+            }
+        }
+        Ok(Experiment { name: grid.overrides(index).join(" "), level, set, ..Experiment::as_recorded() })
+    };
+    (0..grid.len()).map(experiment).collect()
 }
 
-/// Synthetic records to be made, fitted and counted.
+/// A plan whose bench is to be studied.
 struct Study {
-    plan: LaboratoryPlan,
+    plan: Plan,
+    /// The arguments that make it again.
+    words: Vec<String>,
+    problem: Problem,
+    own: OwnPlan,
     output: OutputArguments,
     session: Session,
     timing: Timing,
 }
 
 impl Study {
-    pub(super) fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
-        let Arguments { scenario, count, evaluations, model, mesh_density, amplitudes, output, .. } = arguments;
-        let model = model.unwrap_or(ModelKind::Chain);
-        if mesh_density.is_some() && model == ModelKind::Chain {
-            return Err(usage("--mesh-density would do nothing: the chain has no bodies; add --model reduced"));
+    /// Read what the plan names; `typed` is the command line.
+    fn new(arguments: Arguments, session: Session, typed: impl Iterator<Item = String>) -> anyhow::Result<Self> {
+        let Arguments { plan, vary, wrong, add_record, count, evaluations, model, amplitudes, output, .. } = arguments;
+        let timing = Timing::start();
+        let fits = vary.is_empty() || wrong || count.is_some();
+        let mut plan = Plan::read(&plan)?;
+        // The chain alone says what the waveform bounds.
+        let model = model.or((!fits).then_some(ModelKind::Chain));
+        plan.set.extend(model.map(|model| format!("model.kind={}", model.name())));
+        plan.evaluations = evaluations.map(|runs| runs as usize).or(plan.evaluations);
+        plan.seed = session.seed.or(plan.seed).or(Some(DEFAULT_SEED));
+        plan.likelihood = amplitudes.then_some(Likelihood::Amplitudes).or(plan.likelihood);
+        let problem = Problem::read(&plan).map_err(refused)?;
+        let mut experiments = experiments(vary, &problem.lead().bench)?;
+        for experiment in &experiments {
+            problem.lead().bench.scene_with(&experiment.set)?;
         }
-        let plan = LaboratoryPlan {
-            conditions: scenarios(&scenario)?,
-            count: count.unwrap_or(COUNT),
-            seed: session.seed(),
-            evaluations: evaluations.map_or(Search::tested(2), |runs| runs as usize),
-            model: model.name().into(),
-            likelihood: if amplitudes { Likelihood::Amplitudes } else { Likelihood::Waveform },
-            mesh_density,
-        };
-        Ok(Self { plan, output, session, timing: Timing::start() })
-    }
-
-    /// Make, write, read and fit the records `part`, the files of each kept in `kept` where there is such a folder.
-    fn outcomes(&self, part: Range<usize>, kept: Option<&OutputFolder>) -> anyhow::Result<Vec<LaboratoryRecord>> {
-        let bar = progress::bar(&self.session, part.len() as u64, "records");
-        let unwritten = Mutex::new(None);
-        let keep = |record: &LaboratoryRecord, files: Option<&Files>| {
-            if let (Some(folder), Some(files)) = (kept, files)
-                && let Err(error) = keep(folder, &self.plan, &record.setting, files)
-            {
-                unwritten.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        if add_record {
+            if problem.model() != ModelKind::Chain.name() {
+                return Err(usage(format!(
+                    "--add-record with --count: expected the model `chain`, which alone fits several records together, found `{}`; add --model chain, or \
+                     leave --count out: the expected widths are those of the chain",
+                    problem.model()
+                )));
             }
-            bar.inc(1);
-        };
-        let records = laboratory(&self.plan, part, &keep, &interrupt::requested)?;
-        bar.finish_and_clear();
-        let records = records.ok_or(interrupt::Interrupted)?;
-        match unwritten.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(records),
+            let added = experiments.into_iter().map(Experiment::in_addition);
+            experiments = std::iter::once(Experiment::as_recorded()).chain(added).collect();
         }
+        if wrong {
+            let both = |it: Experiment| [it.with_wrong_benches(&problem), vec![it]].into_iter().rev().flatten();
+            experiments = experiments.into_iter().flat_map(both).collect();
+        }
+        let count = count.unwrap_or(if fits { COUNT } else { BOUNDED });
+        let own = OwnPlan { experiments, count, seed: session.seed(), fits, widen: plan.widen };
+        Ok(Self { plan, words: manifest::typed(typed), problem, own, output, session, timing })
     }
 
-    fn run_here(mut self, keep_records: bool) -> anyhow::Result<Outcome> {
+    fn records(&self, part: Range<usize>) -> anyhow::Result<Vec<OwnRecord>> {
+        let bench =
+            OwnBench::fit(self.plan.clone(), &self.problem, Arc::new(interrupt::requested))?.ok_or(Interrupted)?;
+        let bar = progress::bar(&self.session, part.len() as u64, "records");
+        let records = bench.records(&self.own, part, &|| bar.inc(1))?;
+        bar.finish_and_clear();
+        Ok(records.ok_or(Interrupted)?)
+    }
+
+    fn run_here(mut self) -> anyhow::Result<Outcome> {
         let folder = self.output.stage(&page_results(SUMMARY))?;
-        let records = self.outcomes(0..self.plan.total(), folder.as_ref().filter(|_| keep_records))?;
+        let records = self.records(0..self.own.total())?;
         self.timing.stage("records");
         self.conclude(&records, folder)
     }
 
-    fn conclude(self, records: &[LaboratoryRecord], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
-        let Self { plan, session, timing, .. } = self;
-        let count = LaboratoryCount::of(records);
-        let summary = CoverageSummary { program: summary::program(), plan: &plan, count: &count, records };
-        let tables: Vec<String> = tables(&count).iter().map(aligned).collect();
-        let mut text = format!("made and fitted by model {}\n{}", plan.model, tables.join("\n"));
+    fn conclude(self, records: &[OwnRecord], folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
+        let Self { plan, words, problem, own, session, timing, .. } = self;
+        let (count, model) = (OwnCount::of(&own, records), problem.model());
+        let summary = json!({
+            "program": summary::program(), "plan": plan, "model": model, "study": own, "count": count, "records": records
+        });
+        for it in &count.0 {
+            let why = it.refusal.iter().filter(|_| it.wrong.is_none());
+            why.for_each(|why| {
+                session.note(format_args!("warning: {}: {} records without a fit: {why}", it.name, it.refused))
+            });
+        }
         if let Some(folder) = folder {
             folder.write(SUMMARY, summary::json(&summary)?)?;
-            publish(folder, page(&plan, &count, records).files()?, timing, &session)?;
-        } else {
-            text.push_str("Nothing was written; pass --out DIR for every record's truth, fit and diagnosis.\n");
+            let facts = [("version", env!("CARGO_PKG_VERSION").to_owned()), ("seed", own.seed.to_string())];
+            let command_line = shell_line(["granchain"].into_iter().chain(words.iter().map(String::as_str)));
+            let facts = facts.map(|(name, value)| (name.to_owned(), value)).to_vec();
+            publish(folder, files(&own, &count, model, facts, &command_line)?, timing, &session)?;
         }
-        session.result(text, &summary)?;
+        let tables: Vec<String> = tables(&own, &count).iter().map(aligned).collect();
+        session.result(format!("{}{}\n", tables.join("\n"), sentences(&count).join("\n")), &summary)?;
         Ok(Outcome::Done)
     }
 }
 
 impl Divisible for Study {
     fn points(&self) -> usize {
-        self.plan.total()
+        self.own.total()
     }
 
     fn out(&self) -> Option<&Path> {
@@ -261,64 +237,16 @@ impl Divisible for Study {
     }
 
     fn plan(&self) -> anyhow::Result<Vec<u8>> {
-        summary::json(&json!({ "program": summary::program(), "coverage": self.plan }))
+        let keys: Vec<String> = self.problem.candidates.iter().map(|candidate| self.problem.key(candidate)).collect();
+        summary::json(&json!({ "program": summary::program(), "plan": self.plan, "study": self.own, "fits": keys }))
     }
 
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
-        parts::values(&self.outcomes(part, None)?)
+        parts::values(&self.records(part)?)
     }
 
     fn finish(self: Box<Self>, parts: &Parts) -> anyhow::Result<Outcome> {
         let folder = self.output.stage(&page_results(SUMMARY))?;
         self.conclude(&parts.all()?, folder)
-    }
-}
-
-/// `records/SCENARIO-NUMBER/`: the two files, and the plan by which `calibrate` fits them.
-fn keep(folder: &OutputFolder, plan: &LaboratoryPlan, setting: &Setting, files: &Files) -> anyhow::Result<()> {
-    let place = format!("records/{}-{}", setting.condition.name(), setting.number);
-    let [horn, vibrometer] = NAMES.map(|name| format!("{place}/{name}"));
-    folder.write(horn, &files.horn)?;
-    folder.write(vibrometer, &files.vibrometer)?;
-    let definition = format!(
-        "# {}; fitted by: granchain calibrate --plan {place}/plan.toml --drive-frequency {}Hz\n{}",
-        setting.condition.words(),
-        setting.given_frequency_hz,
-        toml::to_string(&plan.definition(setting))?
-    );
-    folder.write(format!("{place}/plan.toml"), definition)?;
-    Ok(())
-}
-
-fn page(plan: &LaboratoryPlan, count: &LaboratoryCount, records: &[LaboratoryRecord]) -> LaboratoryReport {
-    let names: Vec<&str> = plan.conditions.iter().map(|condition| condition.name()).collect();
-    let all = plan.conditions.len() == Condition::all().len();
-    let density = plan.mesh_density.map_or_else(String::new, |density| format!(" --mesh-density {density}"));
-    LaboratoryReport {
-        description: format!(
-            "{} synthetic records of each scenario, made by {} under an analytic drive (both damping laws, rigid wall, annulus and spring, half-normal \
-             gaps of 0.3 nm), written as files, read by the reader, fitted by the model `{}` with {} runs of the chain, and judged as `calibrate` does",
-            plan.count,
-            if plan.model == "chain" {
-                "the chain's adaptive integrator"
-            } else {
-                "the reduced model on a mesh 2.5 times as dense, at half the step"
-            },
-            plan.model,
-            plan.evaluations
-        ),
-        conditions: plan.conditions.iter().map(|it| (it.name().to_owned(), it.words().to_owned())).collect(),
-        count: count.clone(),
-        synthetics: records.to_vec(),
-        version: env!("CARGO_PKG_VERSION").into(),
-        seed: plan.seed,
-        command_line: format!(
-            "granchain coverage --scenario {} --count {} --evaluations {} --seed {} --model {}{density}",
-            if all { "all".to_owned() } else { names.join(",") },
-            plan.count,
-            plan.evaluations,
-            plan.seed,
-            plan.model
-        ),
     }
 }

@@ -4,9 +4,10 @@
 //! of a sweep.
 
 use super::{
+    accuracy,
     arguments::{SceneArguments, usage},
     calibrated::{Calibrated, CalibratedDrive},
-    calibrated_drive, level,
+    calibrated_drive,
     reading::{DriveUnread, ReadArguments},
 };
 use crate::{
@@ -15,7 +16,7 @@ use crate::{
         drive::RecordedDrive,
     },
     measurement::{Baseline, ReadOptions, Reading, RecordKind},
-    scene::{ModelKind, SceneError},
+    scene::{ModelKind, Scene, SceneError},
     study::Grid,
 };
 
@@ -100,18 +101,7 @@ fn assemble(
     }
     overrides.extend(arguments.alpha.map(|alpha| format!("alpha={alpha}")));
     overrides.extend(arguments.model.map(|model| format!("model.kind={}", model.name())));
-    if let Some(level) = arguments.accuracy {
-        // A fit runs the chain and the reduced model; single runs take any.
-        let models: &[ModelKind] = if fitted {
-            &[ModelKind::Chain, ModelKind::Reduced]
-        } else {
-            &[ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea]
-        };
-        let changed = !overrides.is_empty() || !arguments.set.is_empty() || !arguments.drive.is_empty();
-        let choice = level::choose(&source, level, models, changed)?;
-        overrides.extend(choice.sets);
-        assumptions.push(choice.note);
-    }
+    let before = overrides.clone();
     overrides.extend(arguments.set.iter().cloned());
     if let Some(calibration) = calibration {
         calibrated_drive::check(calibration, arguments, (&overrides, preferred))?;
@@ -126,6 +116,23 @@ fn assemble(
             BenchError::Drive(error) => error.into(),
             error => error.into(),
         })?;
+    if fitted {
+        refuse_hits(&bench.text.load(&bench.overrides, preferred)?.scene)?;
+    }
+    if let Some(level) = arguments.accuracy {
+        // A fit runs the chain and the reduced model; single runs take any.
+        let models: &[ModelKind] = if fitted {
+            &[ModelKind::Chain, ModelKind::Reduced]
+        } else {
+            &[ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea]
+        };
+        let choice = accuracy::choose(&bench.scene_with(&[])?, level, models, &arguments.session)?;
+        let computed =
+            |set: &String| set.trim_start().starts_with("model.") || set.trim_start().starts_with("contact.law");
+        bench.overrides = before.into_iter().filter(|set| !computed(set)).collect();
+        bench.overrides.extend(choice.sets.into_iter().chain(arguments.set.iter().cloned()));
+        assumptions.push(choice.note);
+    }
     if let (Some(calibrated), Some(drive)) = (calibration.and_then(|it| it.drive.as_ref()), &bench.drive)
         && drive.input.sha256 != calibrated.input.sha256
     {
@@ -157,6 +164,17 @@ pub fn agree_on_model(bench: &mut Bench, points: impl Iterator<Item = Vec<String
         bench.preferred = ModelKind::Chain;
         let point = point.join(", ");
         bench.assumptions.push(format!("`model.kind` is not given; taken as chain everywhere, since {point} needs it"));
+    }
+}
+
+/// Hits of a striker are fitted by a program of their own.
+pub fn refuse_hits(scene: &Scene) -> anyhow::Result<()> {
+    match scene.drive.kind.striker() {
+        Some(_) => Err(usage(format!(
+            "scene `{}` is hit by a striker: fit its hits with `granchain-impact fit FILES --scene SCENE` (docs/impact.md)",
+            scene.name
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -13,8 +13,8 @@ use serde::Serialize;
 
 use crate::{
     measurement::{
-        MeasurementError, NoiseSource, PublishedFeatures, ReadOptions, Record, RecordKind, RecordedQuantity, Statement,
-        inspect_record, read_back::read_text, read_record, shell_word,
+        MeasurementError, NoiseSource, ReadOptions, Record, RecordKind, RecordedQuantity, inspect_record,
+        read_back::read_text, read_record, shell_word,
     },
     signal::Dimension,
 };
@@ -28,7 +28,7 @@ use super::{
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  granchain inspect vib.csv\n  granchain inspect .", after_long_help = FORM)]
 pub struct Arguments {
-    /// A record (CSV or another export), a TOML file of published features, or a folder (one line is printed for each file)
+    /// A record (CSV or another export) or a folder (one line is printed for each file)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// Kind of record [default: from the file's name and units]
@@ -57,21 +57,7 @@ Form of a hydrophone's record:
     Sensitivity of a column in volts (or `4 MPa/V`):
   # sensitivity: 250 nV/Pa
   time_us,hydrophone_mv
-  0.0,0.12
-
-Form of a file of published features:
-  drive_frequency = "73 kHz"
-    Names: positive_peak, negative_peak, thd, amplitude_P/Q, ratio_P/Q; with `present` line_P/Q; with `ordering` any:
-  [[feature]]
-  name = "positive_peak"
-  value = "289 mm/s"
-  uncertainty = "3 mm/s"
-  [[feature]]
-  name = "line_1/3"
-  present = true
-  [[feature]]
-  name = "thirds"
-  ordering = "1/3 > 1/2""#;
+  0.0,0.12"#;
 
 pub const KINDS: Words<RecordKind, 3> = [
     ("horn-tip", "Displacement of the horn tip, or its velocity (granchain integrates it)", RecordKind::HornTip),
@@ -88,12 +74,6 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     }
     if let Some(other) = other_file(file) {
         bail!("{}: {other}", file.display());
-    }
-    if is_toml(file) {
-        let published = PublishedFeatures::read(file)?;
-        let summary = published_summary(&published);
-        session.result(PublishedText(&published), &summary)?;
-        return Ok(Outcome::Done);
     }
     let options = arguments.reading.options_of_any(arguments.kind, arguments.drive_frequency)?;
     let record = read(file, arguments.kind, &options)?;
@@ -302,84 +282,6 @@ impl fmt::Display for Text<'_> {
             }
             for line in lines {
                 writeln!(f, "  {} {line}", if title == "comments" { '#' } else { '-' })?;
-            }
-        }
-        Ok(())
-    }
-}
-
-#[derive(Debug, Serialize)]
-struct PublishedSummary {
-    file: String,
-    sha256: String,
-    title: String,
-    source: String,
-    drive_frequency_hz: f64,
-    features: Vec<PublishedRow>,
-}
-
-#[derive(Debug, Serialize)]
-struct PublishedRow {
-    name: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    value: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    uncertainty: Option<f64>,
-    unit: String,
-    says: String,
-}
-
-fn published_summary(published: &PublishedFeatures) -> PublishedSummary {
-    let rows = published.features.iter().map(|feature| {
-        let (value, uncertainty, unit) = match &feature.statement {
-            Statement::Value { quantity, value, uncertainty, .. } => {
-                (Some(*value), *uncertainty, quantity.dimension().si_unit())
-            }
-            _ => (None, None, String::new()),
-        };
-        PublishedRow { name: feature.name.clone(), value, uncertainty, unit, says: say(&feature.statement) }
-    });
-    PublishedSummary {
-        file: published.path.display().to_string(),
-        sha256: published.sha256.clone(),
-        title: published.title.clone(),
-        source: published.source.clone(),
-        drive_frequency_hz: published.drive_frequency,
-        features: rows.collect(),
-    }
-}
-
-fn say(statement: &Statement) -> String {
-    match statement {
-        Statement::Value { quantity, value, uncertainty, .. } => {
-            let shown = |value: f64| shown(value, quantity.dimension());
-            let uncertainty = uncertainty.map(|u| format!(" ± {}", shown(u)));
-            format!("{}{}", shown(*value), uncertainty.unwrap_or_default())
-        }
-        Statement::Line { ratio, present } => {
-            format!("line at {ratio} f0 {}", if *present { "present" } else { "absent" })
-        }
-        Statement::Ordering { stronger, weaker, holds } => {
-            format!("line at {stronger} f0 {} than at {weaker} f0", if *holds { "stronger" } else { "not stronger" })
-        }
-    }
-}
-
-struct PublishedText<'a>(&'a PublishedFeatures);
-
-impl fmt::Display for PublishedText<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let published = self.0;
-        writeln!(f, "{}: published features of {}", published.path.display(), published.title)?;
-        writeln!(f, "  {:<18}{}", "sha-256", published.sha256)?;
-        writeln!(f, "  {:<18}{}", "source", published.source)?;
-        writeln!(f, "  {:<18}{}", "drive frequency", shown(published.drive_frequency, Dimension::FREQUENCY))?;
-        for feature in &published.features {
-            writeln!(f, "  {:<18}{}", feature.name, say(&feature.statement))?;
-            for case in &published.cases {
-                if let Some(statement) = feature.cases.get(&case.name) {
-                    writeln!(f, "  {:<18}  {}: {}", "", case.title, say(statement))?;
-                }
             }
         }
         Ok(())

@@ -21,7 +21,7 @@ use crate::{
         },
     },
     report::{
-        mesh::{Bench, Standing, Window, chain, contacts, revolved},
+        mesh::{Bench, Standing, Window, chain, contacts},
         number::{fixed, significant},
         page::{Column, Table},
     },
@@ -62,7 +62,6 @@ struct Kind {
 struct Summary {
     scene: String,
     density: u32,
-    elements_of_patches: &'static str,
     kinds: Vec<Kind>,
     elements: usize,
     unknowns: usize,
@@ -114,7 +113,7 @@ fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
         let (bodies, exact) = match beads.first() {
             Some(&first) => {
                 let bead = &scene.chain.beads[first];
-                (named(&beads), bead.mesh.is_none().then(|| bead.mass()))
+                (named(&beads), Some(bead.mass()))
             }
             None => ("support".to_owned(), support_mass(scene)),
         };
@@ -130,7 +129,6 @@ fn summary(scene: &Scene, arrangement: &Arrangement) -> Summary {
     Summary {
         scene: scene.name.clone(),
         density: settings.density,
-        elements_of_patches: settings.elements.name(),
         elements: kinds.iter().map(|kind| kind.count * kind.quality.elements).sum(),
         unknowns: arrangement.unknowns(),
         kinds,
@@ -149,7 +147,7 @@ const MOST_DRAWN: usize = 40;
 /// Mesh density of that picture.
 const DRAWN_DENSITY: u32 = 6;
 
-/// The bench of any scene, cut open and revolved, as PNG: of the bodies that meshes have, whatever model runs it.
+/// The section of the bench of any scene, as PNG: of the bodies that meshes have, whatever model runs it.
 pub(super) fn picture(scene: &Scene) -> anyhow::Result<Vec<u8>> {
     let beads = scene.chain.beads.len();
     if beads > MOST_DRAWN {
@@ -164,7 +162,7 @@ pub(super) fn picture(scene: &Scene) -> anyhow::Result<Vec<u8>> {
         *flat = FlatContact::Rigid;
     }
     let arrangement = Arrangement::new(&scene)?;
-    Ok(revolved(&bench(&arrangement)).to_png()?)
+    Ok(chain(&bench(&arrangement)).to_png()?)
 }
 
 /// The bodies where they stand.
@@ -194,7 +192,7 @@ fn write(folder: OutputFolder, scene: &Scene, arrangement: &Arrangement, summary
     let far_pole = |bead: usize| far_pole(&bench.bodies[bead]);
     let windows = windows(scene, arrangement, &far_pole);
 
-    let figures = [("mesh", chain(&bench)), ("contacts", contacts(&bench, &windows)), ("revolved", revolved(&bench))];
+    let figures = [("mesh", chain(&bench)), ("contacts", contacts(&bench, &windows))];
     for (name, figure) in figures {
         folder.write(format!("{name}.svg"), figure.to_svg()?)?;
         folder.write(format!("{name}.png"), figure.to_png()?)?;
@@ -231,7 +229,7 @@ fn windows(scene: &Scene, arrangement: &Arrangement, far_pole: &impl Fn(usize) -
 }
 
 fn text(summary: &Summary) -> String {
-    let Summary { scene, density, elements_of_patches, kinds, elements, unknowns } = summary;
+    let Summary { scene, density, kinds, elements, unknowns } = summary;
     let row = |Kind { bodies, quality, mass_kg, mass_error, .. }: &Kind| {
         let mut row = vec![bodies.clone()];
         row.extend([quality.elements, quality.nodes, quality.unknowns, quality.contact_nodes].map(|it| it.to_string()));
@@ -253,7 +251,7 @@ fn text(summary: &Summary) -> String {
         format!("  sides of elements of {bodies}: {shortest} to {longest} µm\n")
     };
     format!(
-        "{scene}: mesh of density {density}, patches of {elements_of_patches}\n{}{}  \
+        "{scene}: mesh of density {density}\n{}{}  \
          contact: nodes that may touch; Jacobian: smallest over largest determinant,\n  worst element\n",
         aligned(&table),
         kinds.iter().map(sides).collect::<String>()

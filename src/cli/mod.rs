@@ -18,7 +18,6 @@ pub mod experiment;
 pub mod forecast;
 pub mod inspect;
 pub mod interrupt;
-mod level;
 pub mod mesh;
 pub mod output;
 pub mod parts;
@@ -108,9 +107,7 @@ const MODEL_OF_CALIBRATE: &str =
 
 fn fit_of_calibrate() -> String {
     let names = Parameter::names().join(", ");
-    format!(
-        "Parameters to fit; the others keep the scene's value. Names: {names} [default: alpha,damping; for impacts support_modulus,support_loss]"
-    )
+    format!("Parameters to fit; the others keep the scene's value. Names: {names} [default: alpha,damping]")
 }
 
 /// The command line, with session flags listed once.

@@ -8,17 +8,17 @@ const COMMANDS: [(&str, &str); 8] = [
         "batch",
         "run `sweep` or `coverage` with --part K/N --out FILE for K from 1 to N, then `granchain merge FILES --out DIR`",
     ),
-    ("twins", "`granchain coverage --scenario NAMES`"),
+    ("twins", "`cargo run --release -p granchain-validate -- coverage --scenario NAMES`"),
     ("report", "`granchain verify DIR`"),
     ("contact", "the example `cargo run --release --example contact_statics`"),
     ("convergence", "the measurement `cargo bench --bench convergence`, or `granchain accuracy`"),
-    ("stress", "`cargo run --release -p granchain-validate -- stress`"),
+    ("stress", "`cargo test --release --test stability`, or read docs/stability.md"),
     ("study", "`cargo run --release -p granchain-reproduction -- NAME`"),
     ("studies", "`cargo run --release -p granchain-reproduction -- NAME`"),
 ];
 
 /// Flags that are gone, and what takes their place.
-const FLAGS: [(&str, &str); 21] = [
+const FLAGS: [(&str, &str); 26] = [
     ("--resume", "nothing: a replay that is stopped begins again"),
     ("--checkpoint", "nothing: a replay that is stopped begins again"),
     ("--on", "--part K/N --out FILE for K from 1 to N under any scheduler, then `granchain merge FILES --out DIR`"),
@@ -32,9 +32,14 @@ const FLAGS: [(&str, &str); 21] = [
     ("--record-set", "`set` of a [[record]] in a plan (--plan)"),
     ("--confirm", "--model fea, which answers by finite elements"),
     ("--search", "nothing: the search is the one whose intervals were tested"),
-    ("--laboratory", "--scenario NAMES"),
-    ("--levels", "--records N"),
+    ("--scenario", "`cargo run --release -p granchain-validate -- coverage --scenario NAMES`"),
+    ("--coverage", "`granchain coverage --plan FILE --count N`"),
+    ("--laboratory", "`cargo run --release -p granchain-validate -- coverage --scenario NAMES`"),
+    ("--levels", "`coverage --plan FILE` with several [[record]]"),
+    ("--records", "`coverage --plan FILE` with several [[record]]"),
+    ("--quantity", "`quantity = \"pressure\"` in the plan (--plan FILE)"),
     ("--parameters", "--fit NAMES"),
+    ("--fit", "`fit = [\"alpha\"]` in the plan (--plan FILE)"),
     ("--animation", "--fields INTERVAL, played by ParaView"),
     ("--calibration", "`granchain coverage` to test intervals (replay and sweep take --calibration)"),
     ("--features", "`features = \"paper\"` in a plan (--plan FILE)"),
@@ -98,7 +103,7 @@ mod tests {
             ("--drive-invert", "--drive-read invert=true"),
             ("--drive-scale", "--drive-read scale=VALUE"),
             ("--mount", "`mount = [\"clamped\", \"free\"]` in a plan (--plan FILE)"),
-            ("twins", "`granchain coverage --scenario NAMES`"),
+            ("twins", "`cargo run --release -p granchain-validate -- coverage --scenario NAMES`"),
         ] {
             assert_eq!(instead(gone).as_deref(), Some(expected));
         }

@@ -33,10 +33,7 @@ use crate::{
     report::{hydrophone, number::significant, replay::ReplayReport},
     response::{EnergyBalance, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, Integrator, ModelKind, Scene, Support, effects},
-    study::{
-        Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation,
-        published::{Published, published},
-    },
+    study::{Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation},
 };
 
 #[derive(Debug, Args)]
@@ -99,9 +96,6 @@ pub struct Summary {
     /// Mean, scatter and sensitivity, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ensemble: Option<summary::EnsembleTable>,
-    /// What the source paper prints of this scene.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub published: Option<Published>,
     /// Which effects were on, and why.
     pub effects: Vec<Effect>,
     /// What was assumed on the way.
@@ -122,7 +116,8 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), arguments.ensemble);
-    let mut experiment = experiment::read(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
+    let flags = SceneArguments { session: session.clone(), ..arguments.scene.clone() };
+    let mut experiment = experiment::read(&flags, &arguments.reading, calibrated.as_ref(), preferred)?;
     experiment.limits = session.limits();
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;
@@ -237,7 +232,6 @@ impl Job<'_> {
             analysis,
             settings: summary::Settings::new(scene, experiment, session.seed()),
             ensemble: spread.as_ref().map(summary::EnsembleTable::new),
-            published: published(scene),
             effects: effects(scene),
             assumptions,
             warnings: experiment.warnings().to_vec(),
@@ -334,7 +328,7 @@ fn write(
         drive_frequency: scene.drive.frequency,
         features: summary.features.as_ref(),
         others,
-        ensemble: spread.map(|spread| summary::ensemble(summary, spread)),
+        ensemble: spread.map(|spread| summary::ensemble(spread)),
         assumptions: summary.warnings.iter().chain(&summary.assumptions).cloned().collect(),
     };
     folder.write_all(report.files()?)?;

@@ -197,14 +197,7 @@ fn json_value(value: &SettingValue) -> Value {
         }
         SettingValue::Beads(beads) => beads
             .iter()
-            .map(|(number, bead)| {
-                let mut row = json!({ "bead": number, "radius_m": bead.radius, "material": bead.material.name });
-                if let Some(mesh) = &bead.mesh {
-                    row["mesh"] = json!(mesh.path);
-                    row["mesh_unit_m"] = json!(mesh.unit);
-                }
-                row
-            })
+            .map(|(number, bead)| json!({ "bead": number, "radius_m": bead.radius, "material": bead.material.name }))
             .collect(),
     }
 }

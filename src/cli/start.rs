@@ -1,7 +1,5 @@
 //! `granchain start`: from the files of a laboratory to a plan with every open choice in it.
 
-mod ask;
-mod impact;
 mod unread;
 
 use std::{
@@ -10,14 +8,15 @@ use std::{
 };
 
 use anyhow::bail;
-use clap::{Args, FromArgMatches};
+use clap::Args;
 use serde_json::json;
 
 pub use self::unread::Unread;
-use self::{ask::Ask, unread::is_named_horn};
+use self::unread::is_named_horn;
 use super::{
     Outcome,
     arguments::{Session, usage},
+    experiment::refuse_hits,
     inspect, mesh,
     output::{publishing, refuse_existing, write_new},
     program,
@@ -41,8 +40,7 @@ use crate::{
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  granchain start vib.csv horn_tip.csv")]
 pub struct Arguments {
-    /// Bead (or hydrophone) and horn records, in any order; one file with both; or striker hits. If no file is given and a terminal is
-    /// attached, the program asks for the files
+    /// Bead (or hydrophone) and horn records, in any order; one file with both
     #[arg(value_name = "FILE", num_args = 0..=2)]
     pub files: Vec<PathBuf>,
     /// Which of the two is the horn's tip [default: from names, units and spectra]
@@ -63,44 +61,14 @@ pub struct Arguments {
     pub drive_reading: DriveReadArguments,
 }
 
-/// Run it: with questions if nothing was typed and the input is a terminal.
-pub fn execute(mut arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
-    let mut words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
-    let mut person = ask::terminal();
+pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     if arguments.files.is_empty() {
-        let Some(person) = &mut person else {
-            return Err(usage(
-                "expected the records of last bead and horn's tip, found none, and no terminal to ask on; type: granchain start vib.csv horn_tip.csv",
-            ));
-        };
-        words.extend(ask::words(person)?);
-        arguments = parsed(&words)?;
+        return Err(usage(
+            "expected the records of last bead and horn's tip, found none; type: granchain start vib.csv horn_tip.csv",
+        ));
     }
-    loop {
-        let unread = match begin(&arguments, &words, session) {
-            Err(error) if error.is::<Unread>() => error,
-            done => return done,
-        };
-        let (Some(person), Some(Unread { flags, .. })) = (&mut person, unread.downcast_ref()) else {
-            return Err(unread);
-        };
-        person.tell(&unread.to_string());
-        let flags_typed = person.text("So say it, with values of this bench (nothing: stop)", flags)?;
-        let Some(flags_typed) = shell_words::split(&flags_typed).ok().filter(|flags_typed| !flags_typed.is_empty())
-        else {
-            return Err(unread);
-        };
-        words.extend(flags_typed);
-        arguments = parsed(&words)?;
-    }
-}
-
-/// Words behind `start` as arguments.
-fn parsed(words: &[String]) -> anyhow::Result<Arguments> {
-    let command = Session::augment_args(Arguments::augment_args(clap::Command::new("start")));
-    let words = std::iter::once("start").chain(words.iter().map(String::as_str));
-    let matches = command.try_get_matches_from(words).map_err(|error| usage(error.to_string()))?;
-    Ok(Arguments::from_arg_matches(&matches)?)
+    let words: Vec<String> = typed().skip(1).skip_while(|word| word != "start").skip(1).collect();
+    begin(&arguments, &words, session)
 }
 
 /// How another file is named.
@@ -114,16 +82,16 @@ struct Files {
 }
 
 fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::Result<Outcome> {
-    if let Some(done) = impact::begin(arguments, session)? {
-        return Ok(done);
-    }
+    let load = |name: &str| scene::load_preferring(name, &arguments.set, ModelKind::Reduced);
+    let named = arguments.scene.as_deref().map(load).transpose()?;
+    named.iter().try_for_each(|named| refuse_hits(&named.scene))?;
     let picture = arguments.out.with_extension("png");
     [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path, OUT))?;
     let files = read(arguments)?;
     let Files { bead, horn, .. } = &files;
     let usual = if bead.kind == RecordKind::Hydrophone { "water" } else { "annulus" };
     let name = arguments.scene.as_deref().unwrap_or(usual);
-    let loaded = scene::load_preferring(name, &arguments.set, ModelKind::Reduced)?;
+    let loaded = named.map_or_else(|| load(usual), Ok)?;
     let plan = definition(arguments, words, name, &loaded.scene, bead, horn.as_ref());
     let drawn = mesh::picture(&loaded.scene);
     // Both files or none.
@@ -289,12 +257,12 @@ const CLEARLY: f64 = 0.1;
 /// Scene keys that say what stands on a bench.
 const OF_THE_BENCH: [&str; 6] = ["chain.", "piston.", "support.", "disc.", "water.", "vibrometer."];
 
-/// The lines of `set`: what is stated, and every other key of these tables as a comment.
-fn open_settings(stated: &[String], scene: &Scene, tables: &[&str]) -> String {
+/// The lines of `set`: what is stated, and every other key of the bench as a comment.
+fn open_settings(stated: &[String], scene: &Scene) -> String {
     let mut lines: Vec<String> = stated.iter().map(|set| format!("    {},\n", toml_text(set))).collect();
     let own: Vec<&str> = stated.iter().filter_map(|set| Some(set.split_once('=')?.0.trim())).collect();
     for setting in scene.settings() {
-        if tables.iter().any(|table| setting.key.starts_with(table)) && !own.contains(&setting.key.as_str()) {
+        if OF_THE_BENCH.iter().any(|table| setting.key.starts_with(table)) && !own.contains(&setting.key.as_str()) {
             let value = setting.value.to_toml();
             let value = value.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(&value);
             lines.push(format!("    # '{}={value}', # {}\n", setting.key, setting.meaning));
@@ -332,7 +300,7 @@ fn definition(
     let drive_reading = channel("drive.reading", flags::<DriveReadArguments>(words, "drive-"), "'2 um/V'", "'0 s'");
     let bench = arguments.reading.bench.as_ref();
     let bench = bench.map_or_else(String::new, |bench| format!("bench = {}\n", place(arguments, bench)));
-    let settings = open_settings(&arguments.set, scene, &OF_THE_BENCH);
+    let settings = open_settings(&arguments.set, scene);
     let others = Parameter::names().into_iter().filter(|name| !["alpha", "damping"].contains(name));
     let others = others.collect::<Vec<_>>().join(", ");
     let damping = match scene.damping.kind {

@@ -22,13 +22,12 @@ use crate::{
     response::SolverWork,
     scene::{
         self, BUILT_IN, ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, FlatContact,
-        Integrator, Limits, ModelKind, Scene, Support, TermDescription,
+        Integrator, Limits, ModelKind, Scene, Support, TermDescription, simulated,
     },
     signal::Quantity,
     study::{
         EnsembleOutcome, EnsemblePlan, Spread,
         observation::{Watched, watched},
-        published::Peaks,
     },
 };
 
@@ -54,11 +53,7 @@ pub struct Settings {
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh_density: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    elements: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     modes: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    contact_mass: Option<&'static str>,
     duration_s: f64,
     output_step_s: f64,
     beads: usize,
@@ -92,7 +87,7 @@ impl Settings {
             (ModelKind::Chain, Integrator::DormandPrince853 { tolerance }) => {
                 ("dormand-prince-853", Some(tolerance), None)
             }
-            (ModelKind::Chain, Integrator::Symplectic { step }) => ("symplectic", None, Some(step)),
+            (ModelKind::Chain, Integrator::OnDisc { step }) => ("symplectic", None, Some(step)),
         };
         Self {
             model: scene.model.kind.name(),
@@ -101,9 +96,7 @@ impl Settings {
             step_s,
             numerical_dissipation: fea.map(|fea| fea.scheme.dissipation()),
             mesh_density: meshing.map(|meshing| meshing.density),
-            elements: meshing.map(|meshing| meshing.elements.name()),
             modes: reduced.map(|reduced| reduced.modes),
-            contact_mass: fea.map(|fea| fea.contact_mass.name()),
             duration_s: scene.duration,
             output_step_s: scene.output_step,
             beads: scene.chain.beads.len(),
@@ -212,7 +205,6 @@ pub fn in_words(scene: &Scene) -> String {
         Support::Foundation { .. } => "plate on a half-space",
         Support::Disc { .. } if scene.water.is_some() => "disc on water",
         Support::Disc { .. } => "disc in vacuum",
-        Support::Body { .. } => "meshed body",
         Support::Free => "free end",
     };
     format!(
@@ -232,7 +224,7 @@ pub fn text(scene: &Scene, summary: &Summary, spread: Option<&EnsembleOutcome>) 
         let _ = writeln!(text, "  {name:<11}{value}");
     }
     if let Some(spread) = spread {
-        let _ = write!(text, "\n{}", aligned(&ensemble(summary, spread)));
+        let _ = write!(text, "\n{}", aligned(&ensemble(spread)));
     }
     text
 }
@@ -242,6 +234,8 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     let mut facts = Vec::new();
     let mut row = |name: &str, value: String| facts.push((name.to_owned(), value));
     row("model", model(scene));
+    let simulated = simulated(scene);
+    row("effects", simulated.strip_prefix("Effects simulated: ").unwrap_or(&simulated).to_owned());
     row(
         "drive",
         format!(
@@ -325,7 +319,7 @@ pub fn model(scene: &Scene) -> String {
                 Integrator::DormandPrince853 { tolerance } => {
                     format!("{law}, adaptive steps, tolerance {tolerance:.0e}")
                 }
-                Integrator::Symplectic { step: fixed } => format!("{law}, {}", step(fixed)),
+                Integrator::OnDisc { step: fixed } => format!("{law}, {}", step(fixed)),
             }
         }
         (ModelKind::Reduced, _) => format!(
@@ -425,20 +419,12 @@ pub fn damping(scene: &Scene) -> String {
 fn peaks(scene: &Scene, summary: &Summary) -> String {
     let pair = |positive: f64, negative: f64| format!("+{}/{}", fixed(1e3 * positive, 0), fixed(1e3 * negative, 0));
     let (place, band) = (summary.observed.name(), engineering(scene.vibrometer_bandwidth, "Hz", 3));
-    let mut text = match &summary.features {
+    match &summary.features {
         Some(Features { peaks, .. }) => {
             format!("{} mm/s at the {place} of the last bead, below {band}", pair(peaks.positive, peaks.negative))
         }
         None => format!("none: the {place} of the last bead does not move"),
-    };
-    if let Some(published) = &summary.published {
-        let measured = published.measured;
-        let _ = write!(text, "; paper: measured {}", pair(measured.positive_m_per_s, measured.negative_m_per_s));
-        if let Some(simulated) = published.simulated {
-            let _ = write!(text, ", simulated {}", pair(simulated.positive_m_per_s, simulated.negative_m_per_s));
-        }
     }
-    text
 }
 
 /// Peaks and levels of the pressure at one point.
@@ -487,41 +473,27 @@ fn lines(summary: &Summary) -> String {
 }
 
 /// What an ensemble says.
-pub fn ensemble(summary: &Summary, outcome: &EnsembleOutcome) -> Table {
-    let (plan, published) = (&outcome.plan, summary.published.as_ref());
+pub fn ensemble(outcome: &EnsembleOutcome) -> Table {
+    let plan = &outcome.plan;
     let row = |(watched, spread): (Watched, &Option<Spread>)| {
         let spread = spread.as_ref()?;
         let (factor, unit, digits) = if watched.unit == "m/s" { (1e3, " mm/s", 1) } else { (1.0, "", 3) };
         let shown = |value: f64| fixed(factor * value, digits);
-        let mut row = vec![
+        Some(vec![
             format!("{}{unit}", watched.key.replace('_', " ")),
             shown(spread.mean),
             shown(spread.scatter),
             format!("{} ± {}", shown(spread.sensitivity), shown(spread.sensitivity_error)),
-        ];
-        let pick = |peaks: Peaks| match watched.key.as_str() {
-            "positive_peak" => fixed(1e3 * peaks.positive_m_per_s, 0),
-            "negative_peak" => fixed(1e3 * peaks.negative_m_per_s, 0),
-            _ => String::new(),
-        };
-        row.extend(
-            published
-                .map(|it| [Some(it.measured), it.simulated].map(|it| it.map_or_else(String::new, pick)))
-                .into_iter()
-                .flatten(),
-        );
-        Some(row)
+        ])
     };
-    let printed: &[&str] = if published.is_some() { &["measured", "simulated"] } else { &[] };
-    let columns = ["mean", "scatter", "per +1 % drive"].iter().chain(printed).map(|title| Column::numbers(*title));
+    let columns = ["mean", "scatter", "per +1 % drive"].map(Column::numbers);
     Table {
         caption: format!(
-            "Ensemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed{})",
+            "Ensemble of {} (gaps ± {} nm, drive ± {} %; fixed-step runs at 0, +1 and −1 % drive, {} failed)",
             plan.replicates,
             significant(1e9 * plan.gap_jitter_m, 2),
             significant(100.0 * plan.drive_jitter, 2),
             outcome.failures.len(),
-            if published.is_some() { "; measured, simulated: as printed in the source paper" } else { "" }
         ),
         columns: [Column::words("")].into_iter().chain(columns).collect(),
         rows: watched().into_iter().zip(&outcome.spreads).filter_map(row).collect(),

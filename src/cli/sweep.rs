@@ -32,7 +32,6 @@ use crate::{
     scene::Scene,
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
-        published::{Published, published},
         sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },
 };
@@ -96,7 +95,8 @@ pub(super) struct Study {
 impl Study {
     /// Read what the flags name, and refuse what cannot run.
     pub fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
-        let Arguments { scene: flags, calibration, vary, ensemble, reading, output, .. } = arguments;
+        let Arguments { scene, calibration, vary, ensemble, reading, output, .. } = arguments;
+        let flags = SceneArguments { session: session.clone(), ..scene };
         let mut timing = Timing::start();
         let grid = Grid::new(vary)?;
         let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
@@ -159,8 +159,7 @@ impl Study {
 
     /// Write and print what came out.
     fn conclude(mut self, runs: &dyn Runs, folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
-        let published = printed(&self.bench, &self.base, &self.grid);
-        let table = SweepTable::new(&self.base, &self.grid, runs, published, self.ensemble.is_some())?;
+        let table = SweepTable::new(&self.base, &self.grid, runs, self.ensemble.is_some())?;
         let session = &self.session;
         let energy = table.energy_warning();
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
@@ -226,12 +225,6 @@ pub fn base(bench: &mut Bench, grid: &Grid) -> anyhow::Result<Scene> {
     experiment::agree_on_model(bench, (0..grid.len()).map(|index| grid.overrides(index)));
     experiment::refuse_drive_keys(bench, grid.axes.iter().map(|axis| axis.key.as_str()))?;
     Ok(bench.scene_with(&[])?)
-}
-
-/// What the paper prints of a swept bench; nothing where the sweep leaves the paper's.
-fn printed(bench: &Bench, base: &Scene, grid: &Grid) -> Option<Published> {
-    let leaves = |point| bench.scene_with(&grid.overrides(point)).is_ok_and(|scene| published(&scene).is_none());
-    published(base).filter(|_| !grid.spread(MOST_LOOKED_AT).any(leaves))
 }
 
 /// Points of a grid that are looked at before it is run; of a larger one as many, evenly spread.

@@ -25,7 +25,7 @@ use crate::{
     },
     response::SMALL_RESIDUAL,
     scene::{Key, Scene, ValueKind},
-    study::{Axis, Grid, Value, observation::watched, published::Published, sweep::Run},
+    study::{Axis, Grid, Value, observation::watched, sweep::Run},
 };
 
 /// Most rows printed on a terminal.
@@ -103,8 +103,6 @@ pub struct SweepTable<'a> {
     runs: &'a dyn Runs,
     /// What one pass over it showed.
     seen: SweepSummary,
-    /// What the source paper prints of this scene.
-    pub published: Option<Published>,
     /// Whether each point has an ensemble.
     pub ensemble: bool,
 }
@@ -117,13 +115,7 @@ struct Slice {
 
 impl<'a> SweepTable<'a> {
     /// Look once through the runs of `grid` over `scene`.
-    pub fn new(
-        scene: &'a Scene,
-        grid: &'a Grid,
-        runs: &'a dyn Runs,
-        published: Option<Published>,
-        ensemble: bool,
-    ) -> anyhow::Result<Self> {
+    pub fn new(scene: &'a Scene, grid: &'a Grid, runs: &'a dyn Runs, ensemble: bool) -> anyhow::Result<Self> {
         let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
         let swept = grid.axes.iter().position(is_number);
         let mut seen = SweepSummary { slices: swept.map(|axis| (axis, Vec::new())), ..SweepSummary::default() };
@@ -155,7 +147,7 @@ impl<'a> SweepTable<'a> {
             }
             Ok(())
         })?;
-        Ok(Self { scene, grid, runs, seen, published, ensemble })
+        Ok(Self { scene, grid, runs, seen, ensemble })
     }
 
     /// Runs made, and how many of them failed.
@@ -191,7 +183,8 @@ impl<'a> SweepTable<'a> {
         let pressure = PRESSURE.iter().filter(|_| self.seen.has_water);
         header.extend(pressure.clone().map(|key| (*key).to_owned()));
         header.push("reason".into());
-        writeln!(out, "{}", header.join(","))?;
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(&header)?;
         self.runs.each(&mut |index, run| {
             let mut cells: Vec<String> = self.grid.values(index).into_iter().map(|value| value.to_string()).collect();
             match run {
@@ -213,11 +206,12 @@ impl<'a> SweepTable<'a> {
                 Run::Failed { reason } => {
                     cells.push("failed".into());
                     cells.resize(header.len() - 1, String::new());
-                    cells.push(format!("\"{}\"", reason.replace('"', "\"\"")));
+                    cells.push(reason.clone());
                 }
             }
-            Ok(writeln!(out, "{}", cells.join(","))?)
-        })
+            Ok(table.write_record(&cells)?)
+        })?;
+        Ok(table.flush()?)
     }
 
     /// `sweep.json`: whatever writes it reads the runs.
@@ -240,7 +234,6 @@ impl<'a> SweepTable<'a> {
             "runs": self.seen.runs,
             "failed_runs": self.seen.failed,
             "settings": summary::Settings::new(self.scene, experiment, seed),
-            "published": self.published,
             "assumptions": experiment.assumptions,
             "warnings": experiment.warnings(),
             "drive_origin_s": experiment.drive.as_ref().map(|drive| drive.motion.origin),
@@ -350,25 +343,17 @@ impl<'a> SweepTable<'a> {
             key => key.to_owned(),
         };
         let name = if fixed.is_empty() { name } else { format!("{name} at {}", fixed.join(", ")) };
-        let measured = self.published.map(|published| published.measured);
         let curve = |(key, group, name, unit): (&str, &str, &str, &str)| SweepCurve {
             group: group.into(),
             name: name.into(),
             unit: unit.into(),
             points: members.iter().filter_map(|member| self.point_of(member, swept, key)).collect(),
-            reference: match key {
-                "positive_peak" => measured.map(|peaks| peaks.positive_m_per_s),
-                "negative_peak" => measured.map(|peaks| peaks.negative_m_per_s),
-                _ => None,
-            },
         };
         let curves = CURVES.into_iter().filter(|(key, ..)| self.seen.has_water || !PRESSURE.contains(key));
         SweepReport {
             name,
             unit: unit(axis).filter(|unit| !unit.is_empty()).unwrap_or("1".into()),
             curves: curves.map(curve).collect(),
-            reference_name: "measured, as published".into(),
-            marked: None,
         }
     }
 

@@ -4,6 +4,7 @@
 //! `calibration.json` and of all tables are compared within a tolerance; every file is compared with its digest in the manifest. The folder is
 //! read only.
 
+pub mod comparison;
 mod inputs;
 
 use std::{
@@ -15,8 +16,8 @@ use std::{
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
 use serde::Serialize;
-use serde_json::Value;
 
+use self::comparison::{Comparison, Difference};
 use super::{
     Outcome,
     arguments::Session,
@@ -36,15 +37,6 @@ use crate::{
     },
     model::vector_unit,
 };
-
-/// Relative difference allowed where the same type of processor made both numbers: no sum changes its order.
-const SAME_PROCESSOR: f64 = 1e-9;
-
-/// The same of another processor, whose vector unit rounds otherwise.
-const OTHER_PROCESSOR: f64 = 1e-6;
-
-/// Absolute difference allowed, in units of the number: what is left of equal sums has no relative accuracy.
-const NOTHING: f64 = 1e-15;
 
 /// Differences that are printed; `--json` has all.
 const PRINTED: usize = 12;
@@ -84,16 +76,6 @@ struct Verification {
     unknown: Vec<String>,
 }
 
-/// One number, or word, that is not what it should be.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-struct Difference {
-    /// The file and the place in it: `calibration.json: features.line_1.simulated`.
-    place: String,
-    /// What the calibration made again says.
-    expected: String,
-    found: String,
-}
-
 pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {
     let Arguments { folder, inputs } = arguments;
     let folder = std::path::absolute(folder).context("the current folder is unknown")?;
@@ -109,18 +91,27 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     inputs::check(&manifest.inputs)?;
     let derived = made_again(&manifest, &session)?;
 
-    let tolerance = if manifest.processor == vector_unit() { SAME_PROCESSOR } else { OTHER_PROCESSOR };
-    let mut comparison = Comparison { tolerance, numbers: 0, differences: Vec::new() };
+    let mut comparison = Comparison::new(manifest.processor == vector_unit());
     for (name, found) in stored.iter().filter(|(name, _)| *name != manifest::FILE && *name != timing::FILE) {
         match derived.get(name).filter(|_| name.ends_with(".json") || name.ends_with(".csv")) {
             Some(expected) if name.ends_with(".csv") => comparison.tables(name, expected, found),
             Some(expected) => comparison.documents(name, expected, found),
             None => {}
         }
-        comparison.digests(name, manifest.files.get(name), found);
+        let (written, found) = (manifest.files.get(name), sha256(found));
+        if let Some(written) = written.filter(|written| **written != found) {
+            comparison.differ(format!("{name}: SHA-256"), written, found);
+        }
     }
-    comparison.names(&manifest, &derived);
+    // The files that the manifest names are those that a calibration writes.
     let own = [manifest::FILE, timing::FILE];
+    let place = |name: &str| format!("{}: files.{name}", manifest::FILE);
+    for name in manifest.files.keys().filter(|name| !derived.contains_key(*name)) {
+        comparison.differ(place(name), "no such file", "its digest");
+    }
+    for name in derived.keys().filter(|name| !manifest.files.contains_key(*name) && !own.contains(&name.as_str())) {
+        comparison.differ(place(name), "its digest", "none");
+    }
     for fault in list_faults(&folder, |name| manifest.files.contains_key(name) || own.contains(&name))? {
         // What the manifest tells to be altered needs no second witness.
         if !comparison.differences.iter().any(|difference| difference.place.starts_with(&fault.name)) {
@@ -132,7 +123,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         verified: comparison.differences.is_empty(),
         written_by: manifest.program.clone(),
         verified_by: summary::program(),
-        tolerance,
+        tolerance: comparison.tolerance,
         numbers: comparison.numbers,
         differences: comparison.differences,
         missing: manifest.files.keys().filter(|name| !stored.contains_key(*name)).cloned().collect(),
@@ -188,11 +179,6 @@ fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<Stored> 
     let line = std::iter::once("granchain calibrate").chain(manifest.arguments.iter().map(String::as_str));
     let Line { arguments } = Line::try_parse_from(line)
         .map_err(|error| anyhow!("{}: arguments: {}", manifest::FILE, error.to_string().trim()))?;
-    if let Some(mut job) = calibrate::impact::prepare(&arguments, &manifest.arguments, &InMemory::default())? {
-        job.program.clone_from(&manifest.program);
-        let (_, files) = calibrate::impact::made(&job, &super::interrupt::requested, &mut Timing::start())?;
-        return Ok(files.into_iter().map(|(name, bytes)| (name.display().to_string(), bytes)).collect());
-    }
     let mut job = calibrate::prepare(arguments, manifest.arguments.clone(), &InMemory::default())?;
     job.program.clone_from(&manifest.program);
     let session = Session { json: false, ..session.clone() };
@@ -200,102 +186,6 @@ fn made_again(manifest: &Manifest, session: &Session) -> anyhow::Result<Stored> 
     let fitted = files::fitted(&job, Vec::new(), &session, &mut timing)?;
     let made = Files::of(&job, &fitted, &session, &mut timing, &Stop::on_interrupt())?;
     Ok(made.files.into_iter().map(|(name, bytes)| (name.display().to_string(), bytes)).collect())
-}
-
-/// Files compared, and what differs.
-struct Comparison {
-    tolerance: f64,
-    numbers: usize,
-    differences: Vec<Difference>,
-}
-
-impl Comparison {
-    fn differ(&mut self, place: String, expected: impl ToString, found: impl ToString) {
-        self.differences.push(Difference { place, expected: expected.to_string(), found: found.to_string() });
-    }
-
-    /// Whether two numbers are the same within the tolerance; counted.
-    fn same(&mut self, expected: f64, found: f64) -> bool {
-        self.numbers += 1;
-        (expected - found).abs() <= f64::max(self.tolerance * expected.abs().max(found.abs()), NOTHING)
-    }
-
-    fn documents(&mut self, name: &str, expected: &[u8], found: &[u8]) {
-        let parsed = [expected, found].map(serde_json::from_slice::<Value>);
-        match parsed {
-            [Ok(expected), Ok(found)] => self.values(&format!("{name}: "), &expected, &found),
-            _ => self.differ(name.into(), "JSON", "a file that is none"),
-        }
-    }
-
-    fn values(&mut self, place: &str, expected: &Value, found: &Value) {
-        let below = |key: &str| if place.ends_with(": ") { format!("{place}{key}") } else { format!("{place}.{key}") };
-        match (expected, found) {
-            (Value::Object(expected), Value::Object(found)) => {
-                for key in expected.keys().chain(found.keys().filter(|key| !expected.contains_key(*key))) {
-                    let of = |object: &serde_json::Map<String, Value>| object.get(key).cloned().unwrap_or_default();
-                    self.values(&below(key), &of(expected), &of(found));
-                }
-            }
-            (Value::Array(expected), Value::Array(found)) if expected.len() == found.len() => {
-                for (index, (expected, found)) in expected.iter().zip(found).enumerate() {
-                    self.values(&below(&index.to_string()), expected, found);
-                }
-            }
-            (Value::Number(a), Value::Number(b)) => {
-                if !self.same(a.as_f64().unwrap_or(f64::NAN), b.as_f64().unwrap_or(f64::NAN)) {
-                    self.differ(place.into(), a, b);
-                }
-            }
-            _ if expected == found => {}
-            _ => self.differ(place.into(), expected, found),
-        }
-    }
-
-    fn tables(&mut self, name: &str, expected: &[u8], found: &[u8]) {
-        let [expected, found] = [expected, found].map(String::from_utf8_lossy);
-        let (rows, others): (Vec<&str>, Vec<&str>) = (expected.lines().collect(), found.lines().collect());
-        if rows.len() != others.len() {
-            return self.differ(name.into(), format!("{} lines", rows.len()), format!("{} lines", others.len()));
-        }
-        let columns: Vec<&str> = rows.first().map(|head| head.split(',').collect()).unwrap_or_default();
-        for (line, (row, other)) in rows.iter().zip(&others).enumerate() {
-            let (cells, stored): (Vec<&str>, Vec<&str>) = (row.split(',').collect(), other.split(',').collect());
-            if cells.len() != stored.len() {
-                self.differ(format!("{name}:{}", line + 1), *row, *other);
-                continue;
-            }
-            for (index, (cell, other)) in cells.into_iter().zip(stored).enumerate() {
-                let same = match (cell.parse(), other.parse()) {
-                    (Ok(a), Ok(b)) => self.same(a, b),
-                    _ => cell == other,
-                };
-                if !same {
-                    let column = columns.get(index).copied().unwrap_or_default();
-                    self.differ(format!("{name}:{}: column `{column}`", line + 1), cell, other);
-                }
-            }
-        }
-    }
-
-    /// The files that the manifest names are those that a calibration writes.
-    fn names(&mut self, manifest: &Manifest, derived: &Stored) {
-        let place = |name: &str| format!("{}: files.{name}", manifest::FILE);
-        for name in manifest.files.keys().filter(|name| !derived.contains_key(*name)) {
-            self.differ(place(name), "no such file", "its digest");
-        }
-        let own = [manifest::FILE, timing::FILE];
-        for name in derived.keys().filter(|name| !manifest.files.contains_key(*name) && !own.contains(&name.as_str())) {
-            self.differ(place(name), "its digest", "none");
-        }
-    }
-
-    fn digests(&mut self, name: &str, written: Option<&String>, found: &[u8]) {
-        let found = sha256(found);
-        if written.is_some_and(|written| *written != found) {
-            self.differ(format!("{name}: SHA-256"), written.cloned().unwrap_or_default(), found);
-        }
-    }
 }
 
 fn text(verification: &Verification) -> String {
@@ -326,28 +216,4 @@ fn text(verification: &Verification) -> String {
         ),
     };
     text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn comparison() -> Comparison {
-        Comparison { tolerance: SAME_PROCESSOR, numbers: 0, differences: Vec::new() }
-    }
-
-    #[test]
-    fn numbers_are_compared_within_the_tolerance_and_named_by_their_place() {
-        let mut found = comparison();
-        found.documents("a.json", br#"{"a": {"b": [1.0, "x"]}}"#, br#"{"a": {"b": [1.0000000001, "x"]}}"#);
-        assert_eq!((found.numbers, found.differences.len()), (1, 0));
-        found.documents("a.json", br#"{"a": {"b": [1.0, "x"]}}"#, br#"{"a": {"b": [1.001, "x"]}, "c": 1}"#);
-        let places: Vec<&str> = found.differences.iter().map(|it| it.place.as_str()).collect();
-        assert_eq!(places, ["a.json: a.b.0", "a.json: c"]);
-        let mut found = comparison();
-        found.tables("a.csv", b"t,v\n1,2\n3,4\n", b"t,v\n1,2\n3,5\n");
-        assert_eq!(found.differences[0].place, "a.csv:3: column `v`");
-        found.tables("a.csv", b"t,v\n1,2\n", b"t,v\n");
-        assert_eq!(found.differences[1].expected, "2 lines");
-    }
 }

@@ -1,4 +1,4 @@
-// What a reader does with a page: zoom, read, toggle, reset, hear, sort, play.
+// What a reader does with a page: zoom, read, toggle, reset, sort, play.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { launch, made, open, shoot } from "./browser.mjs";
@@ -180,40 +180,6 @@ test("the printed drawing comes back", async () => {
   await figure.getByRole("button", { name: /^As printed/ }).click();
   assert.ok(await figure.locator(".sheet svg").isVisible());
   assert.equal(await figure.locator("canvas").count(), 0);
-  await close();
-});
-
-test("record and model can be heard, slowed down by a factor that is said", async () => {
-  const { page, heard, close } = await open(browser, pages.calibration);
-  await page.evaluate(() => {
-    window.buffers = [];
-    const make = AudioContext.prototype.createBuffer;
-    AudioContext.prototype.createBuffer = function (...sizes) {
-      const buffer = make.apply(this, sizes);
-      window.buffers.push(buffer);
-      return buffer;
-    };
-  });
-  const figure = page.locator("figure", { has: page.locator("figcaption", { hasText: WHOLE }) });
-  const names = await figure.locator("button[data-sound]").allTextContents();
-  assert.deepEqual(names.map((name) => name.replace(/^Play (\w+),.*/, "$1")), ["synthetic", "simulated"]);
-  for (const name of names) assert.match(name, /200× slower \(73 kHz → 365 Hz\)/);
-  const button = figure.locator("button[data-sound]").first();
-  await button.click();
-  assert.equal(await button.getAttribute("aria-pressed"), "true");
-  const { seconds, loudest, crossings } = await page.evaluate(() => {
-    const [buffer] = window.buffers;
-    const sound = buffer.getChannelData(0);
-    const crossed = sound.reduce((count, value, i) => count + (i > 0 && value > 0.02 && sound[i - 1] <= 0.02), 0);
-    return { seconds: buffer.duration, loudest: Math.max(...sound.map(Math.abs)), crossings: crossed };
-  });
-  // 850 µs, 200 times slower.
-  assert.ok(Math.abs(seconds - 0.17) < 0.01, `${seconds} s`);
-  assert.ok(loudest > 0.5 && loudest <= 0.81, `${loudest}`);
-  assert.ok(crossings > 10, `${crossings}`);
-  await button.click();
-  assert.equal(await button.getAttribute("aria-pressed"), "false");
-  assert.deepEqual(heard.complaints, []);
   await close();
 });
 

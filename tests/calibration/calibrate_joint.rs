@@ -6,14 +6,15 @@ use crate::{
     calibrate_bench::{ALPHA, Bench, DAMPING, table},
     harness::{code, stderr},
 };
-use granchain::{calibration::synthetic::at_level, model, scene};
+use granchain::{model, scene};
 use serde_json::Value;
 
 /// The bench with a second record at half the drive level, and the override that says so.
 fn two_levels() -> (Bench, String) {
     let bench = Bench::new();
     let full = scene::load(bench.path("bench.toml").to_str().unwrap(), &[]).unwrap();
-    let half = at_level(&full, 0.5);
+    let mut half = full.clone();
+    half.drive.amplitude *= 0.5;
     let response = model::run(&half, &mut |_| true).unwrap();
     fs::create_dir(bench.path("half")).unwrap();
     bench.write("half/vib.csv", table("velocity_mm_per_s", &response.pole_velocity, 1e3, 3.0));
@@ -147,7 +148,7 @@ fn what_cannot_be_fitted_together_is_a_usage_error() {
     for (arguments, phrase) in [
         (&["--measured", "half/vib.csv", "--drive", "a.csv", "--drive", "b.csv", "--drive", "c.csv"][..], "found 3"),
         (&["--measured", "half/vib.csv", "--quantity", "pressure"], "one by one"),
-        (&["--measured", "features.toml"], "published features are fitted by themselves"),
+        (&["--measured", "features.toml"], "fits to published values are in the reproduction"),
         (&["--measured", "half/vib.csv", "--model", "reduced"], "--model chain"),
     ] {
         let output = bench.calibrate(arguments);

@@ -91,8 +91,6 @@ fn what_cannot_be_is_refused_with_what_to_do() {
     let velocity = "measurements/twin-annulus/vib.csv";
     let said = refused(&["--quantity", "pressure", "--measured", velocity, "--drive", "none"]);
     assert!(said.contains("expected a pressure") && said.contains("leave out --quantity pressure"), "{said}");
-    let said = refused(&["--quantity", "pressure", "--measured", "measurements/annulus-73khz/features.toml"]);
-    assert!(said.contains("published features are of the velocity"), "{said}");
     fs::write(&path, "mount = [\"clamped\"]").unwrap();
     let said = refused(&["--measured", velocity, "--plan", &path]);
     assert!(said.contains("mounts of a disc") && said.contains("has none"), "{said}");

@@ -1,12 +1,12 @@
 //! Records of other laboratories through the whole of `calibrate`, few of them: that the study runs, is the same whatever the threads, and sees
-//! what is plainly right and plainly wrong. What the intervals are worth is `granchain coverage --scenario all`; see `docs/validation.md`.
+//! what is plainly right and plainly wrong. What the intervals are worth is `granchain-validate coverage --scenario all`; see `docs/validation.md`.
 
 use std::{fs, path::Path};
 
 use crate::harness::{PROJECT, granchain};
-use granchain::{
-    calibration::{fit::Verdict, plan::Likelihood},
-    validate::laboratory::{Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryRecord, laboratory},
+use granchain::calibration::{fit::Verdict, plan::Likelihood};
+use granchain_validate::laboratory::{
+    Condition, LaboratoryCount, LaboratoryFit, LaboratoryPlan, LaboratoryRecord, laboratory,
 };
 
 fn plan(conditions: &[&str], count: u64, evaluations: usize) -> LaboratoryPlan {
@@ -124,7 +124,7 @@ fn a_record_that_begins_inside_the_answer_holds_the_truth() {
 #[ignore = "slow, run by .ci/full"]
 fn every_mistake_is_named() {
     let wrong = Condition::all().into_iter().filter(|condition| condition.expected().is_some());
-    // What is wrong with a model is counted, not promised: see `granchain coverage --scenario wrong`.
+    // What is wrong with a model is counted, not promised: see `granchain-validate coverage --scenario wrong`.
     let of_model = [
         "softer-support",
         "other-law",

@@ -15,10 +15,10 @@ use granchain::{
         observation::{Observation, Recording},
         parameter::Parameter,
         search::Search,
-        synthetic::{Flaw, synthetic},
     },
     feature::fingerprint::FeatureSet,
-    model::{self, ModelError, Prepared},
+    measurement::{ReadOptions, RecordKind, read_record_bytes},
+    model::{ModelError, Prepared},
     scene::{self, DampingKind, Scene},
     study::{
         self, EnsemblePlan,
@@ -26,6 +26,8 @@ use granchain::{
         replicates,
     },
 };
+
+use crate::record::record as made;
 
 const SEED: u64 = 5;
 
@@ -47,9 +49,10 @@ fn parameters() -> Vec<Parameter> {
 
 /// A record of `scene` by its own model, with the truth behind it: synthetic record 1 has α = 0.30 and c = 0.16 N·s/m.
 fn record(scene: &Scene) -> (Recording, Vec<f64>) {
-    let run = |scene: &Scene| model::run(scene, &mut |_| true);
-    let made = synthetic(scene, &parameters(), &Uncertainty::default(), Flaw::None, 1, SEED, &run).unwrap();
-    (made.recording, made.truth.values)
+    let (csv, values) = made(scene, &parameters(), 1, SEED).unwrap();
+    let options = ReadOptions { drive_frequency: Some(scene.drive.frequency), ..ReadOptions::default() };
+    let record = read_record_bytes("vib.csv".as_ref(), &csv, Some(RecordKind::Vibrometer), &options).unwrap();
+    (Recording::of(&record, false), values)
 }
 
 fn forward(scene: &Scene, recording: &Recording, watch: Arc<Watch>) -> Forward {

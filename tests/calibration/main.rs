@@ -4,7 +4,6 @@
 mod calibrate_bench;
 mod calibrate_channels;
 mod calibrate_contract;
-mod calibrate_impact;
 mod calibrate_interrupt;
 mod calibrate_joint;
 mod calibrate_ladder;
@@ -19,5 +18,6 @@ mod invariance;
 mod laboratory;
 mod ladder;
 mod own_bench;
-mod published_features;
+#[path = "../harness/record.rs"]
+mod record;
 mod synthetic;

@@ -1,6 +1,6 @@
-//! What a calibration and a plan say of the user's own bench: widened intervals, coverage in the report, a further record.
+//! What a calibration and a plan say of the user's own bench: widened intervals, a further record.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use crate::{calibrate_bench::Bench, harness::granchain};
 use serde_json::Value;
@@ -32,7 +32,7 @@ fn refused(place: &Bench, arguments: &[&str], expected: &str) {
 fn intervals_are_widened_about_their_medians_by_flag_or_plan_and_it_is_said() {
     let (place, asked) = (planned(2, ""), planned(2, "widen = 1.5\n"));
     let (said, own) = calibrated(&place, &[]);
-    assert!(own.get("widened").is_none() && own.get("coverage").is_none() && !said.contains("widened"), "{said}");
+    assert!(own.get("widened").is_none() && !said.contains("widened"), "{said}");
     for (place, flag, factor) in
         [(&asked, &[][..], 1.5), (&asked, &["--widen", "2"], 2.0), (&place, &["--widen", "1"], 1.0)]
     {
@@ -53,28 +53,6 @@ fn intervals_are_widened_about_their_medians_by_flag_or_plan_and_it_is_said() {
         let arguments = ["calibrate", "--plan", "plan.toml", "--widen", factor, "--out", "no"];
         refused(&place, &arguments, &format!("expected a factor from 1 to 100 on the intervals, found {factor}"));
     }
-}
-
-#[test]
-fn a_calibration_counts_the_coverage_of_its_bench_as_the_study_of_its_plan_does() {
-    let place = planned(2, "widen = 1.2\n");
-    let (said, counted) = calibrated(&place, &["--coverage", "1"]);
-    let study = ["coverage", "--plan", "plan.toml", "--evaluations", "200", "--count", "1", "--quiet", "--json"];
-    let (code, out, error) = granchain(place.path(""), &study);
-    assert_eq!(code, 0, "{error}");
-    let study: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!(counted["coverage"], study["count"][0]);
-    let covered = counted["coverage"]["parameters"][0]["covered"].as_u64().unwrap();
-    let report = fs::read_to_string(place.path("out/report.md")).unwrap();
-    for text in [said, report.split_once("Coverage on this bench").unwrap().1.to_owned()] {
-        assert!(text.contains(&format!("alpha: {covered} of 1 intervals of 90 % hold the true value")), "{text}");
-    }
-    // No bench that fails to explain its own record.
-    let (said, wrong) = calibrated(&planned(3, ""), &["--coverage", "1"]);
-    assert!(wrong.get("coverage").is_none() && said.contains("was not counted: the plan's own fit is"), "{said}");
-    let pressure = Path::new(env!("CARGO_MANIFEST_DIR")).join("measurements/twin-water/hydrophone.csv");
-    let water = ["calibrate", "--quantity", "pressure", "--measured", pressure.to_str().unwrap()];
-    refused(&place, &[&water[..], &["--coverage", "1", "--out", "no"]].concat(), "found a pressure");
 }
 
 #[test]

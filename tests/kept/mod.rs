@@ -2,12 +2,7 @@
 
 use std::{fs, path::Path};
 
-use granchain::{
-    calibration::Plan,
-    measurement::{PublishedFeatures, run_log::RunLog},
-    model::fea::mesh::gmsh::parse,
-    study::sweep,
-};
+use granchain::{calibration::Plan, measurement::run_log::RunLog, study::sweep};
 
 /// A plan, in a file at `place`.
 pub fn plan(place: &Path, bytes: &[u8]) {
@@ -18,24 +13,9 @@ pub fn plan(place: &Path, bytes: &[u8]) {
     }
 }
 
-/// Printed numbers.
-pub fn printed(bytes: &[u8]) {
-    if let Ok(printed) = PublishedFeatures::from_bytes(Path::new("features.toml"), bytes) {
-        let _ = printed.value("positive_peak");
-    }
-}
-
 /// A log of runs, in a file at `place`.
 pub fn log(place: &Path, lines: impl IntoIterator<Item = impl AsRef<[u8]>>) {
     let lines = lines.into_iter().flat_map(|line| [line.as_ref(), b"\n"].concat());
     fs::write(place, lines.collect::<Vec<u8>>()).unwrap();
     let _ = RunLog::open::<sweep::Run>(place).unwrap();
-}
-
-/// A mesh.
-pub fn mesh(bytes: &[u8]) {
-    match parse(bytes, 1e-3) {
-        Ok((mesh, _)) => assert!(mesh.nodes.iter().flatten().all(|place| place.is_finite())),
-        Err(refused) => assert!(!refused.to_string().is_empty()),
-    }
 }

@@ -24,7 +24,6 @@ fn scene(support: Support, kind: DampingKind) -> Scene {
         amplitude_scale: 1.0,
         support,
         water: None,
-        materials: Vec::new(),
         damping: Damping {
             kind,
             coefficients: [(DampingTerm::Linear, 0.3), (DampingTerm::KuwabaraKono, 3660.0)].into(),
@@ -134,19 +133,17 @@ fn a_mirrored_collision_is_the_mirror_image() {
 #[test]
 fn a_precompressed_chain_at_rest_stays_at_rest() {
     for support in supports() {
-        for integrator in [Integrator::DormandPrince853 { tolerance: 1e-9 }, Integrator::Symplectic { step: 2e-8 }] {
-            let mut scene = scene(support.clone(), DampingKind::Linear);
-            scene.chain.precompression = 1.0;
-            scene.amplitude_scale = 0.0;
-            scene.model.integrator = integrator;
-            let response = run(&scene);
-            for force in &response.contact_force {
-                // 1 N to rounding of overlaps near 1 µm, times the stiffness: some 1e-15.
-                assert!(force.values.iter().all(|value| (value - 1.0).abs() < 1e-12), "{support:?}");
-            }
-            // Rounding of 1e-16 N on 4 mg for one period of the lowest mode, 15 µs.
-            assert!(response.bead_velocity.iter().all(|v| v.peak() < 1e-12), "{support:?} {integrator:?}");
+        let mut scene = scene(support.clone(), DampingKind::Linear);
+        scene.chain.precompression = 1.0;
+        scene.amplitude_scale = 0.0;
+        scene.model.integrator = Integrator::DormandPrince853 { tolerance: 1e-9 };
+        let response = run(&scene);
+        for force in &response.contact_force {
+            // 1 N to rounding of overlaps near 1 µm, times the stiffness: some 1e-15.
+            assert!(force.values.iter().all(|value| (value - 1.0).abs() < 1e-12), "{support:?}");
         }
+        // Rounding of 1e-16 N on 4 mg for one period of the lowest mode, 15 µs.
+        assert!(response.bead_velocity.iter().all(|v| v.peak() < 1e-12), "{support:?}");
     }
 }
 
@@ -174,8 +171,8 @@ fn what_cannot_be_run_is_refused_with_its_place() {
         scene.chain.gaps[4] = 1e-9;
     });
     assert_eq!(open, ModelError::OpenGapUnderPrecompression { force: 0.1, contact: 5, gap: 1e-9 });
-    let wild = refuse(|scene| scene.model.integrator = Integrator::Symplectic { step: 5e-5 });
-    assert!(matches!(wild, ModelError::EnergyNotConserved { step: 5e-5, .. }), "{wild}");
+    let clock = refuse(|scene| scene.model.integrator = Integrator::OnDisc { step: 5e-8 });
+    assert!(matches!(clock, ModelError::Unsupported { .. }), "{clock}");
     let stopped = ChainModel.run(&good, &mut |time| time < 50e-6).err().unwrap();
     assert!(matches!(stopped, ModelError::Stopped { time } if time >= 50e-6), "{stopped}");
 }

@@ -39,7 +39,6 @@ fn rigid(tolerance: f64) -> Scene {
         amplitude_scale: 1.0,
         support: Support::Flat(FlatContact::Rigid),
         water: None,
-        materials: Vec::new(),
         damping: undamped(),
         contact_law: ContactLaw::Hertz,
         yield_strength: None,

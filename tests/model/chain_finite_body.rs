@@ -331,19 +331,6 @@ fn a_linear_dashpot_costs_the_fixed_step_the_same_order_with_either_law() {
 }
 
 #[test]
-fn the_fixed_step_stepper_converges_to_the_accurate_one() {
-    let exact = model::run(&load("rigid", &["duration=40 us"]), &mut |_| true).unwrap();
-    let peak = exact.pole_velocity.values.iter().fold(0.0, |peak: f64, v| peak.max(v.abs()));
-    let error = |step: &str| {
-        let scene = load("rigid", &["duration=40 us", "model.integrator=symplectic", &format!("model.step={step}")]);
-        let found = model::run(&scene, &mut |_| true).unwrap().pole_velocity;
-        found.values.iter().zip(&exact.pole_velocity.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
-    };
-    let (coarse, fine) = (error("20 ns"), error("5 ns"));
-    // Second order: a sixteenth.
-    assert!(fine < 2e-4 && fine < coarse / 10.0, "{coarse:e} {fine:e}");
-}
-
 /// The bead is pressed on the flat that the spring carries: without that contact the chain would be too stiff by a quarter of its force.
 #[test]
 fn a_chain_on_a_spring_moves_as_its_elastic_bodies_do() {

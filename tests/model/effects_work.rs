@@ -41,7 +41,6 @@ fn effects(work: SolverWork) -> SolverWork {
         pressure_samples,
         absorbed_records,
         dashpot_evaluations,
-        normal_turns,
         equilibrium_sweeps,
         horn_evaluations,
         holder_evaluations,
@@ -59,7 +58,6 @@ fn effects(work: SolverWork) -> SolverWork {
         pressure_samples,
         absorbed_records,
         dashpot_evaluations,
-        normal_turns,
         equilibrium_sweeps,
         horn_evaluations,
         holder_evaluations,
@@ -88,7 +86,6 @@ const NONE: SolverWork = SolverWork {
     pressure_samples: 0,
     absorbed_records: 0,
     dashpot_evaluations: 0,
-    normal_turns: 0,
     equilibrium_sweeps: 0,
     horn_evaluations: 0,
     holder_evaluations: 0,
@@ -174,18 +171,6 @@ fn bodies_are_made_once_a_kind_and_modes_only_where_asked_for() {
     assert_eq!((ringing.modes, ringing.factorisations, run.unknowns), (6, 3, 36));
     let laws = |law: &str| work("annulus", &["model.kind=chain", law]).0.fitted_laws;
     assert_eq!((laws("contact.law=hertz"), laws("contact.law=finite-body")), (0, 3));
-}
-
-#[test]
-fn normals_turn_where_they_move_only() {
-    let turns = |normal: &str| work("annulus", &["model.kind=fea", "alpha=2", normal]).1;
-    let (fixed, moving) = (turns("support.normal=fixed"), turns("support.normal=moving"));
-    assert_eq!(fixed.normal_turns, 0);
-    assert!(moving.normal_turns >= moving.steps, "{moving:?}");
-    assert_eq!(
-        (fixed.unknowns, fixed.steps, fixed.factorisations),
-        (moving.unknowns, moving.steps, moving.factorisations)
-    );
 }
 
 #[test]

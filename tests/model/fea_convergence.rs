@@ -2,8 +2,10 @@
 
 use granchain::{
     model, scene,
-    signal::Series,
-    validate::convergence::{error, first_pulse, lead, moving_average},
+    signal::{
+        Series,
+        convergence::{error, first_pulse, lead, moving_average},
+    },
 };
 
 /// Filtered velocity of the last bead's centre over 20 µs, s.

@@ -7,28 +7,26 @@ use granchain::{
     model::fea::{
         assembly::{Columns, DofMap},
         body::{Body, BodyError},
-        element::{ElementError, elasticity, interpolate},
+        element::{ElementError, elasticity, interpolate, von_mises},
         factor::Factor,
-        mesh::{BeadMesh, Boundary, Element, Mesh, Shape, bead},
+        mesh::{BeadMesh, Boundary, Mesh, bead},
     },
-    scene::{ContactMass, Material},
+    scene::Material,
 };
-
-const SHAPES: [Shape; 2] = [Shape::Quadrilateral8, Shape::Triangle6];
 
 fn soft(poissons_ratio: f64) -> Material {
     Material { name: "soft".into(), youngs_modulus: 1.0, poissons_ratio, density: 2.5 }
 }
 
-/// The rectangle inner ≤ r ≤ inner + 1, 0 ≤ z ≤ 1 in n × n cells, each one quadrilateral or two triangles; `place` moves the nodes.
+/// The rectangle inner ≤ r ≤ inner + 1, 0 ≤ z ≤ 1 in n × n cells; `place` moves the nodes.
 /// Its whole surface is one boundary, its top another.
-fn block(shape: Shape, n: usize, inner: f64, place: impl Fn(f64, f64) -> [f64; 2]) -> Mesh {
+fn block(n: usize, inner: f64, place: impl Fn(f64, f64) -> [f64; 2]) -> Mesh {
     let side = 2 * n + 1;
     let mut number = vec![u32::MAX; side * side];
     let mut nodes = Vec::new();
     for j in 0..side {
         for i in 0..side {
-            if shape == Shape::Triangle6 || i % 2 == 0 || j % 2 == 0 {
+            if i % 2 == 0 || j % 2 == 0 {
                 number[j * side + i] = nodes.len() as u32;
                 nodes.push(place(inner + i as f64 / (side - 1) as f64, j as f64 / (side - 1) as f64));
             }
@@ -38,20 +36,8 @@ fn block(shape: Shape, n: usize, inner: f64, place: impl Fn(f64, f64) -> [f64; 2
     let mut elements = Vec::new();
     for j in (0..side - 1).step_by(2) {
         for i in (0..side - 1).step_by(2) {
-            let mut add = |cells: &[(usize, usize)]| {
-                let mut nodes = [0; 8];
-                for (node, (a, b)) in nodes.iter_mut().zip(cells) {
-                    *node = at(i + a, j + b);
-                }
-                elements.push(Element { shape, nodes, material: 0 });
-            };
-            match shape {
-                Shape::Quadrilateral8 => add(&[(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]),
-                Shape::Triangle6 => {
-                    add(&[(0, 0), (2, 0), (2, 2), (1, 0), (2, 1), (1, 1)]);
-                    add(&[(0, 0), (2, 2), (0, 2), (1, 1), (1, 2), (0, 1)]);
-                }
-            }
+            let nodes = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)];
+            elements.push(nodes.map(|(a, b)| at(i + a, j + b)));
         }
     }
     let last = side - 1;
@@ -76,7 +62,7 @@ fn distorted(inner: f64, bend: f64) -> impl Fn(f64, f64) -> [f64; 2] {
 }
 
 fn body(mesh: Mesh, material: Material, clamped: &[&str]) -> Body {
-    Body::new(mesh, &[material], clamped, &[], ContactMass::Consistent).unwrap()
+    Body::new(mesh, &material, clamped, &[]).unwrap()
 }
 
 fn field(mesh: &Mesh, u: impl Fn(f64, f64) -> [f64; 2]) -> Columns {
@@ -109,43 +95,39 @@ fn patch_tests_hold_on_distorted_curved_meshes() {
         let strain = [radial, axial, radial, 0.0];
         let d = elasticity(&material);
         let stress = d.map(|row| row.iter().zip(strain).map(|(d, e)| d * e).sum::<f64>());
-        for shape in SHAPES {
-            for (inner, bend) in [(0.0, 0.0), (0.0, 0.3), (0.4, 0.0), (0.4, 0.3)] {
-                let mesh = block(shape, 3, inner, distorted(inner, bend));
-                let whole = body(mesh.clone(), material.clone(), &[]);
-                let exact = field(&mesh, |r, z| [radial * r, 0.1 + axial * z]);
+        for (inner, bend) in [(0.0, 0.0), (0.0, 0.3), (0.4, 0.0), (0.4, 0.3)] {
+            let mesh = block(3, inner, distorted(inner, bend));
+            let whole = body(mesh.clone(), material.clone(), &[]);
+            let exact = field(&mesh, |r, z| [radial * r, 0.1 + axial * z]);
 
-                // Surface given, inside solved from a start that is wrong inside.
-                let surface = &mesh.boundary("surface").unwrap().nodes;
-                let mut given = field(&mesh, |_, _| [0.0; 2]);
-                for &node in surface {
-                    for dof in [2 * node as usize, 2 * node as usize + 1] {
-                        given.set(dof, 0, exact.get(dof, 0));
-                    }
+            // Surface given, inside solved from a start that is wrong inside.
+            let surface = &mesh.boundary("surface").unwrap().nodes;
+            let mut given = field(&mesh, |_, _| [0.0; 2]);
+            for &node in surface {
+                for dof in [2 * node as usize, 2 * node as usize + 1] {
+                    given.set(dof, 0, exact.get(dof, 0));
                 }
-                let u = solve_inside(&mesh, &material, &given, &whole.columns(1));
-                let error = largest(u.as_slice().iter().zip(exact.as_slice()).map(|(a, b)| a - b));
-                // Rounding times a condition number of about 1e2.
-                assert!(error < 1e-13, "{shape:?} {inner}: displacement {error:e}");
-
-                let mut force = whole.columns(1);
-                whole.multiply_stiffness(&u, &mut force);
-                let area = PI * ((1.0 + inner).powi(2) - inner.powi(2));
-                let pull: f64 =
-                    mesh.boundary("top").unwrap().nodes.iter().map(|&node| force.get(2 * node as usize + 1, 0)).sum();
-                // A bent side leans on the top's outermost node too.
-                let is_sound = (pull - stress[1] * area).abs() < 1e-12;
-                assert!(is_sound || bend != 0.0, "{shape:?} {inner}: reaction {pull}");
-
-                let recovered = whole.stress(&u, 0);
-                for node in 0..mesh.nodes.len() as u32 {
-                    let at = recovered.at(node, 0).unwrap();
-                    let error = largest(at.iter().zip(stress).map(|(a, b)| a - b));
-                    assert!(error < 1e-12, "{shape:?} {inner}: stress at node {node} {error:e}");
-                }
-                assert_eq!(recovered.at(0, 1), None);
-                assert!((recovered.von_mises(0) - (stress[1] - stress[0]).abs()).abs() < 1e-12);
             }
+            let u = solve_inside(&mesh, &material, &given, &whole.columns(1));
+            let error = largest(u.as_slice().iter().zip(exact.as_slice()).map(|(a, b)| a - b));
+            // Rounding times a condition number of about 1e2.
+            assert!(error < 1e-13, "{inner}: displacement {error:e}");
+
+            let mut force = whole.columns(1);
+            whole.multiply_stiffness(&u, &mut force);
+            let area = PI * ((1.0 + inner).powi(2) - inner.powi(2));
+            let pull: f64 =
+                mesh.boundary("top").unwrap().nodes.iter().map(|&node| force.get(2 * node as usize + 1, 0)).sum();
+            // A bent side leans on the top's outermost node too.
+            let is_sound = (pull - stress[1] * area).abs() < 1e-12;
+            assert!(is_sound || bend != 0.0, "{inner}: reaction {pull}");
+
+            let recovered = whole.stress(&u, 0);
+            for (node, at) in recovered.iter().enumerate() {
+                let error = largest(at.iter().zip(stress).map(|(a, b)| a - b));
+                assert!(error < 1e-12, "{inner}: stress at node {node} {error:e}");
+            }
+            assert!((von_mises(recovered[0]) - (stress[1] - stress[0]).abs()).abs() < 1e-12);
         }
     }
 }
@@ -163,18 +145,10 @@ fn at_points(mesh: &Mesh, mut visit: impl FnMut(&[u32], &[f64; 8], [f64; 2], f64
     for element in &mesh.elements {
         for (x, along) in GAUSS_4 {
             for (y, across) in GAUSS_4 {
-                let (xi, eta, weight) = match element.shape {
-                    Shape::Quadrilateral8 => (x, y, along * across),
-                    // The square folded onto the triangle.
-                    Shape::Triangle6 => {
-                        let xi = 0.5 * (1.0 + x);
-                        (xi, 0.5 * (1.0 + y) * (1.0 - xi), 0.25 * along * across * (1.0 - xi))
-                    }
-                };
-                let at = interpolate(element.shape, xi, eta);
+                let at = interpolate(x, y);
                 let mut place = [0.0; 2];
                 let mut map = [[0.0; 2]; 2];
-                for (node, &number) in element.nodes().iter().enumerate() {
+                for (node, &number) in element.iter().enumerate() {
                     for (a, x) in mesh.nodes[number as usize].into_iter().enumerate() {
                         place[a] += at.value[node] * x;
                         map[a][0] += at.slope[node][0] * x;
@@ -182,7 +156,7 @@ fn at_points(mesh: &Mesh, mut visit: impl FnMut(&[u32], &[f64; 8], [f64; 2], f64
                     }
                 }
                 let jacobian = map[0][0] * map[1][1] - map[0][1] * map[1][0];
-                visit(element.nodes(), &at.value, place, weight * jacobian * TAU * place[0]);
+                visit(element, &at.value, place, along * across * jacobian * TAU * place[0]);
             }
         }
     }
@@ -230,15 +204,13 @@ fn a_manufactured_solution_converges_with_the_third_power_of_the_element_size() 
         let axial = shear * (r.cos() - r.sin() / r - r * r.sin()) + lame * slope - 2.0 * shear * r.cos();
         [-z.sin() * radial, -z.cos() * axial]
     };
-    for shape in SHAPES {
-        for inner in [0.0, 0.3] {
-            let errors: Vec<f64> = [6, 12, 24]
-                .map(|n| error_inside(&block(shape, n, inner, |r, z| [r, 0.8 * z + 0.25 * r]), &material, exact, force))
-                .to_vec();
-            for pair in errors.windows(2) {
-                let slope = (pair[0] / pair[1]).log2();
-                assert!((slope - 3.0).abs() < 0.1, "{shape:?} from r = {inner}: slope {slope}, errors {errors:?}");
-            }
+    for inner in [0.0, 0.3] {
+        let errors: Vec<f64> = [6, 12, 24]
+            .map(|n| error_inside(&block(n, inner, |r, z| [r, 0.8 * z + 0.25 * r]), &material, exact, force))
+            .to_vec();
+        for pair in errors.windows(2) {
+            let slope = (pair[0] / pair[1]).log2();
+            assert!((slope - 3.0).abs() < 0.1, "from r = {inner}: slope {slope}, errors {errors:?}");
         }
     }
 }
@@ -247,58 +219,54 @@ fn a_manufactured_solution_converges_with_the_third_power_of_the_element_size() 
 fn nearly_incompressible_material_costs_no_accuracy() {
     // u = (−2 r³ z, 4 r² z²) changes no volume, so its forces −μ ∇²u and its error without locking do not depend on ν but through μ.
     let exact = |r: f64, z: f64| [-2.0 * r * r * r * z, 4.0 * r * r * z * z];
-    for shape in SHAPES {
-        let error = |n: usize, ratio: f64| {
-            let shear = 0.5 / (1.0 + ratio);
-            let force = |r: f64, z: f64| [16.0 * shear * r * z, -shear * (16.0 * z * z + 8.0 * r * r)];
-            error_inside(&block(shape, n, 0.0, |r, z| [r, 0.8 * z + 0.25 * r]), &soft(ratio), exact, force)
-        };
-        let (usual, near) = (error(12, 0.3), error(12, 0.4999));
-        let slope = (error(6, 0.4999) / near).log2();
-        let ratios = (error(12, 0.45) / usual, near / usual);
-        // Measured: 1.002 and 1.001 (quadrilateral), 1.010 and 0.998 (triangle), converging with h³. With full integration it were 3.9 and
-        // 9.2, converging with h²; locking would be a factor of 1/(1 − 2ν) = 5000.
-        assert!(ratios.0 < 1.03 && (ratios.1 - 1.0).abs() < 0.02, "{shape:?}: {ratios:?}");
-        assert!((slope - 3.0).abs() < 0.1, "{shape:?}: slope {slope}");
-    }
+    let error = |n: usize, ratio: f64| {
+        let shear = 0.5 / (1.0 + ratio);
+        let force = |r: f64, z: f64| [16.0 * shear * r * z, -shear * (16.0 * z * z + 8.0 * r * r)];
+        error_inside(&block(n, 0.0, |r, z| [r, 0.8 * z + 0.25 * r]), &soft(ratio), exact, force)
+    };
+    let (usual, near) = (error(12, 0.3), error(12, 0.4999));
+    let slope = (error(6, 0.4999) / near).log2();
+    let ratios = (error(12, 0.45) / usual, near / usual);
+    // Measured: 1.002 and 1.001, converging with h³. With full integration it were 3.9 and
+    // 9.2, converging with h²; locking would be a factor of 1/(1 − 2ν) = 5000.
+    assert!(ratios.0 < 1.03 && (ratios.1 - 1.0).abs() < 0.02, "{ratios:?}");
+    assert!((slope - 3.0).abs() < 0.1, "slope {slope}");
 }
 
 #[test]
 fn mass_and_rigid_translation_are_exact() {
     let material = soft(0.3);
-    for shape in SHAPES {
-        for mass in [ContactMass::Consistent, ContactMass::Massless] {
-            let mesh = block(shape, 4, 0.0, |r, z| [1.3 * r, z + 0.1 * r * z * (1.0 - z)]);
-            let body = Body::new(mesh, std::slice::from_ref(&material), &[], &["top"], mass).unwrap();
-            let exact = PI * 1.3 * 1.3 * material.density;
-            assert!((body.total_mass() / exact - 1.0).abs() < 1e-14);
-            let rigid = Columns::from_vector(&body.rigid());
-            let mut out = body.columns(1);
-            body.multiply_stiffness(&rigid, &mut out);
-            // Rounding of entries of order one.
-            assert!(largest(out.as_slice().iter().copied()) < 1e-13);
-            body.multiply_mass(&rigid, &mut out);
-            let weight: f64 = out.as_slice().iter().sum();
-            assert!((weight / exact - 1.0).abs() < 1e-14);
-            let mut mean = [0.0];
-            body.mass_mean(&rigid, &mut mean);
-            assert!((mean[0] - 1.0).abs() < 1e-14);
-            let top = body.mesh().boundary("top").unwrap().nodes[3];
-            assert_eq!(body.node_mass()[top as usize] == 0.0, mass == ContactMass::Massless);
-            assert!(body.is_free() && !body.dofs().is_free(0) && body.dofs().is_free(1));
-        }
+    for contact in [&[][..], &["top"]] {
+        let mesh = block(4, 0.0, |r, z| [1.3 * r, z + 0.1 * r * z * (1.0 - z)]);
+        let body = Body::new(mesh, &material, &[], contact).unwrap();
+        let exact = PI * 1.3 * 1.3 * material.density;
+        assert!((body.total_mass() / exact - 1.0).abs() < 1e-14);
+        let rigid = Columns::from_vector(&body.rigid());
+        let mut out = body.columns(1);
+        body.multiply_stiffness(&rigid, &mut out);
+        // Rounding of entries of order one.
+        assert!(largest(out.as_slice().iter().copied()) < 1e-13);
+        body.multiply_mass(&rigid, &mut out);
+        let weight: f64 = out.as_slice().iter().sum();
+        assert!((weight / exact - 1.0).abs() < 1e-14);
+        let mut mean = [0.0];
+        body.mass_mean(&rigid, &mut mean);
+        assert!((mean[0] - 1.0).abs() < 1e-14);
+        let top = body.mesh().boundary("top").unwrap().nodes[3];
+        assert_eq!(body.node_mass()[top as usize] == 0.0, !contact.is_empty());
+        assert!(body.is_free() && !body.dofs().is_free(0) && body.dofs().is_free(1));
     }
 }
 
 #[test]
 fn the_mass_mean_is_the_mass_weighted_mean_of_each_column() {
-    let body = body(block(Shape::Triangle6, 6, 0.2, |r, z| [r, z]), soft(0.3), &[]);
+    let body = body(block(6, 0.2, |r, z| [r, z]), soft(0.3), &[]);
     let mut u = body.columns(3);
     u.set_column(0, field(body.mesh(), |r, z| [r, z]).as_slice());
     u.set_column(2, field(body.mesh(), |_, z| [5.0, z * z]).as_slice());
     let mut mean = vec![f64::NAN; u.width()];
     body.mass_mean(&u, &mut mean);
-    // ∫z and ∫z² over 0…1: quadratics are in the space and its products are integrated exactly on straight triangles.
+    // ∫z and ∫z² over 0…1: quadratics are in the space and its products are integrated exactly on rectangles.
     for (column, exact) in [0.5, 0.0, 1.0 / 3.0, 0.0].into_iter().enumerate() {
         assert!((mean[column] - exact).abs() < 1e-14, "column {column}: {}", mean[column]);
     }
@@ -308,40 +276,21 @@ fn the_mass_mean_is_the_mass_weighted_mean_of_each_column() {
 fn the_mass_of_a_bead_is_that_of_the_sphere() {
     for (density, within) in [(8, 3e-4), (12, 3e-4), (24, 3e-4)] {
         let mesh = bead(0.5e-3, &BeadMesh::of_density(density)).unwrap();
-        let bead =
-            Body::new(mesh, &[Material::chrome_steel()], &[], &["front", "back"], ContactMass::Massless).unwrap();
+        let bead = Body::new(mesh, &Material::chrome_steel(), &[], &["front", "back"]).unwrap();
         let error = bead.total_mass() / 4.101_349_209e-6 - 1.0;
         assert!(error.abs() < within, "n = {density}: {error:e}");
     }
 }
 
 #[test]
-fn stress_jumps_between_materials_and_not_within() {
-    // A stack of two materials pulled along the axis: equal σ_zz, other strains.
-    let mut mesh = block(Shape::Quadrilateral8, 4, 0.0, |r, z| [r, z]);
-    for element in &mut mesh.elements {
-        element.material = u16::from(mesh.nodes[element.nodes[0] as usize][1] >= 0.5);
-    }
-    let stack = Body::new(mesh, &[soft(0.3), soft(0.1)], &[], &[], ContactMass::Consistent).unwrap();
-    let u = field(stack.mesh(), |_, z| [0.0, z]);
-    let stress = stack.stress(&u, 0);
-    let interface = stack.mesh().nodes.iter().position(|&[r, z]| r == 0.25 && z == 0.5).unwrap() as u32;
-    for (material, ratio) in [(0, 0.3), (1, 0.1)] {
-        let at = stress.at(interface, material).unwrap();
-        assert!((at[1] - elasticity(&soft(ratio))[1][1]).abs() < 1e-12);
-    }
-    assert_eq!(stress.at(0, 1), None);
-}
-
-#[test]
 fn meshes_and_materials_that_make_no_body_are_refused_with_the_place() {
-    let sound = block(Shape::Quadrilateral8, 3, 0.0, |r, z| [r, z]);
+    let sound = block(3, 0.0, |r, z| [r, z]);
     let make = |mesh: &Mesh, material: &Material, clamped: &[&str], contact: &[&str]| {
-        Body::new(mesh.clone(), std::slice::from_ref(material), clamped, contact, ContactMass::Massless).unwrap_err()
+        Body::new(mesh.clone(), material, clamped, contact).unwrap_err()
     };
 
     let mut folded = sound.clone();
-    let corner = folded.elements[4].nodes[2] as usize;
+    let corner = folded.elements[4][2] as usize;
     folded.nodes[corner] = [0.05, 0.05];
     let refusal = make(&folded, &soft(0.3), &[], &[]);
     let BodyError::Element { element: 4, source: ElementError::Jacobian { r, z, jacobian } } = refusal else {
@@ -356,9 +305,6 @@ fn meshes_and_materials_that_make_no_body_are_refused_with_the_place() {
     let mut loose = sound.clone();
     loose.nodes.push([0.5, 0.5]);
     assert!(matches!(make(&loose, &soft(0.3), &[], &[]), BodyError::LooseNode { .. }));
-    let mut other = sound.clone();
-    other.elements[2].material = 1;
-    assert_eq!(make(&other, &soft(0.3), &[], &[]), BodyError::Material { element: 2, material: 1, count: 1 });
 
     for (clamped, contact) in [(["rim"].as_slice(), [].as_slice()), (&[], &["rim"])] {
         let refusal = make(&sound, &soft(0.3), clamped, contact);
@@ -371,13 +317,13 @@ fn meshes_and_materials_that_make_no_body_are_refused_with_the_place() {
         ));
     }
     // One cell: all its nodes lie on the surface.
-    let cell = block(Shape::Quadrilateral8, 1, 0.0, |r, z| [r, z]);
+    let cell = block(1, 0.0, |r, z| [r, z]);
     assert_eq!(make(&cell, &soft(0.3), &[], &["surface"]), BodyError::MasslessElement { element: 0 });
 }
 
 #[test]
 fn the_assembled_matrices_are_symmetric_and_definite_where_they_should_be() {
-    let mesh = block(Shape::Triangle6, 2, 0.0, distorted(0.0, 0.3));
+    let mesh = block(2, 0.0, distorted(0.0, 0.3));
     let body = body(mesh, soft(0.3), &["top"]);
     let free = body.dofs().free();
     let stiffness = Mat::from_fn(free.len(), free.len(), |i, j| body.stiffness().get(free[i], free[j]));

@@ -6,9 +6,9 @@ use granchain::{
         assembly::{Columns, DofMap},
         body::Body,
         factor::{Factor, FactorError, StaticFactor, eigenvalues_below},
-        mesh::{Boundary, Element, Mesh, Shape},
+        mesh::{Boundary, Mesh},
     },
-    scene::{ContactMass, Material},
+    scene::Material,
 };
 
 /// A cylinder of unit radius and height 2 in n × 2n quadrilaterals of a wavy grid, with its top and bottom as boundaries.
@@ -31,7 +31,7 @@ fn cylinder(n: usize) -> Mesh {
     for j in (0..rows - 1).step_by(2) {
         for i in (0..columns - 1).step_by(2) {
             let nodes = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)].map(|(a, b)| at(i + a, j + b));
-            elements.push(Element { shape: Shape::Quadrilateral8, nodes, material: 0 });
+            elements.push(nodes);
         }
     }
     let run = |name: &str, j| Boundary { name: name.into(), nodes: (0..columns).map(|i| at(i, j)).collect() };
@@ -42,8 +42,11 @@ fn soft() -> Material {
     Material { name: "soft".into(), youngs_modulus: 1.0, poissons_ratio: 0.3, density: 1.0 }
 }
 
-fn free_body(n: usize, mass: ContactMass) -> Body {
-    Body::new(cylinder(n), &[soft()], &[], &["bottom", "top"], mass).unwrap()
+/// Boundaries that carry no mass.
+const ENDS: [&str; 2] = ["bottom", "top"];
+
+fn free_body(n: usize, contact: &[&str]) -> Body {
+    Body::new(cylinder(n), &soft(), &[], contact).unwrap()
 }
 
 /// Axial unknowns of both ends, with two radial ones among them, in no order.
@@ -84,7 +87,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 
 #[test]
 fn solves_of_any_number_of_columns_are_the_dense_solution() {
-    for mass in [ContactMass::Massless, ContactMass::Consistent] {
+    for mass in [&ENDS[..], &[]] {
         let body = free_body(3, mass);
         let factor = Factor::new(&body, 1.0, 2.0, &interface(&body)).unwrap();
         let matrix = dense(&body, 1.0, 2.0);
@@ -106,7 +109,7 @@ fn solves_of_any_number_of_columns_are_the_dense_solution() {
 
 #[test]
 fn interface_forces_between_the_two_halves_act_as_if_loaded_from_the_start() {
-    let body = free_body(3, ContactMass::Massless);
+    let body = free_body(3, &ENDS);
     let interface = interface(&body);
     let factor = Factor::new(&body, 0.5, 3.0, &interface).unwrap();
     let inverse =
@@ -149,7 +152,7 @@ fn interface_forces_between_the_two_halves_act_as_if_loaded_from_the_start() {
 
 #[test]
 fn a_free_body_under_a_push_is_strained_about_its_accelerated_mean() {
-    let body = free_body(4, ContactMass::Massless);
+    let body = free_body(4, &ENDS);
     let interface = interface(&body);
     let statics = StaticFactor::new(&body, &interface).unwrap();
     let (mut load, mut y, mut u) = (body.columns(2), statics.factor().half(2), body.columns(2));
@@ -181,7 +184,7 @@ fn a_free_body_under_a_push_is_strained_about_its_accelerated_mean() {
 
 #[test]
 fn a_clamped_body_needs_no_balance() {
-    let body = Body::new(cylinder(3), &[soft()], &["bottom"], &["top"], ContactMass::Massless).unwrap();
+    let body = Body::new(cylinder(3), &soft(), &["bottom"], &["top"]).unwrap();
     let top: Vec<u32> = body.mesh().boundary("top").unwrap().nodes.iter().map(|node| 2 * node + 1).collect();
     let statics = StaticFactor::new(&body, &top).unwrap();
     let static_compliance = statics.interface_compliance(&body);
@@ -194,7 +197,7 @@ fn a_clamped_body_needs_no_balance() {
 
 #[test]
 fn what_cannot_be_factored_is_refused_with_the_place() {
-    let body = free_body(2, ContactMass::Consistent);
+    let body = free_body(2, &[]);
     assert!(matches!(Factor::new(&body, 1.0, 0.0, &[]), Err(FactorError::NotPositiveDefinite { .. })));
     assert!(matches!(Factor::new(&body, -1.0, 1.0, &[]), Err(FactorError::NotPositiveDefinite { .. })));
     // u_r of the node on the axis is fixed.
@@ -210,7 +213,7 @@ fn what_cannot_be_factored_is_refused_with_the_place() {
 
 #[test]
 fn inertia_counts_the_eigenvalues_below_a_shift() {
-    for mass in [ContactMass::Massless, ContactMass::Consistent] {
+    for mass in [&ENDS[..], &[]] {
         let body = free_body(1, mass);
         // Eigenvalues of the dense pencil M x = θ (K + M) x, θ = 1 / (1 + λ); massless unknowns have θ = 0.
         let lower = dense(&body, 1.0, 1.0).llt(faer::Side::Lower).unwrap();

@@ -5,35 +5,32 @@ use std::{
     f64::consts::PI,
 };
 
-use granchain::{
-    model::fea::mesh::{AnnulusMesh, BeadMesh, Boundary, HalfTorus, Mesh, MeshError, Shape, annulus, bead, quality},
-    scene::Elements,
+use granchain::model::fea::mesh::{
+    AnnulusMesh, BeadMesh, Boundary, HalfTorus, Mesh, MeshError, annulus, bead, quality,
 };
 
 const RADIUS: f64 = 0.5e-3;
 const SPHERE: f64 = 4.0 / 3.0 * PI * RADIUS * RADIUS * RADIUS;
-const KINDS: [Elements; 2] = [Elements::Quadrilaterals, Elements::Mixed];
 
-fn bead_of(density: usize, elements: Elements) -> Mesh {
-    bead(RADIUS, &BeadMesh { elements, ..BeadMesh::of_density(density) }).unwrap()
+fn bead_of(density: usize) -> Mesh {
+    bead(RADIUS, &BeadMesh::of_density(density)).unwrap()
 }
 
-fn annulus_of(density: usize, elements: Elements) -> Mesh {
-    annulus(&HalfTorus::published(), &AnnulusMesh { elements, ..AnnulusMesh::of_density(density) }).unwrap()
+fn annulus_of(density: usize) -> Mesh {
+    annulus(&HalfTorus::published(), &AnnulusMesh::of_density(density)).unwrap()
 }
 
-fn bodies(density: usize) -> Vec<Mesh> {
-    KINDS.into_iter().flat_map(|kind| [bead_of(density, kind), annulus_of(density, kind)]).collect()
+fn bodies(density: usize) -> [Mesh; 2] {
+    [bead_of(density), annulus_of(density)]
 }
 
 /// Sides as (smaller corner, larger corner) → the middles the elements give it.
 fn sides(mesh: &Mesh) -> BTreeMap<(u32, u32), Vec<u32>> {
     let mut sides = BTreeMap::<_, Vec<u32>>::new();
     for element in &mesh.elements {
-        let (nodes, corners) = (element.nodes(), element.shape.corners());
-        for i in 0..corners {
-            let (a, b) = (nodes[i], nodes[(i + 1) % corners]);
-            sides.entry((a.min(b), a.max(b))).or_default().push(nodes[corners + i]);
+        for i in 0..4 {
+            let (a, b) = (element[i], element[(i + 1) % 4]);
+            sides.entry((a.min(b), a.max(b))).or_default().push(element[4 + i]);
         }
     }
     sides
@@ -61,13 +58,11 @@ fn weights(mesh: &Mesh, boundary: &Boundary) -> Vec<f64> {
 fn volumes_converge_to_the_exact_ones() {
     // Quadratic sides: the surface errs by O(h⁴) at least; a factor of 8 a doubling is short of the 16 of full order only by the layers' rounding to whole numbers.
     let torus = HalfTorus::published();
-    for kind in KINDS {
-        let bead = |n| quality(&bead_of(n, kind)).volume_error(SPHERE).abs();
-        let annulus = |n| quality(&annulus_of(n, kind)).volume_error(torus.volume()).abs();
-        // From n = 12 on all layers shrink together.
-        for errors in [[bead(12), bead(24)], [annulus(12), annulus(24)]] {
-            assert!(errors[0] < 3e-5 && errors[0] > 8.0 * errors[1], "{errors:?}");
-        }
+    let bead = |n| quality(&bead_of(n)).volume_error(SPHERE).abs();
+    let annulus = |n| quality(&annulus_of(n)).volume_error(torus.volume()).abs();
+    // From n = 12 on all layers shrink together.
+    for errors in [[bead(12), bead(24)], [annulus(12), annulus(24)]] {
+        assert!(errors[0] < 3e-5 && errors[0] > 8.0 * errors[1], "{errors:?}");
     }
 }
 
@@ -84,61 +79,55 @@ fn jacobians_are_positive_at_every_density() {
 
 #[test]
 fn the_bead_is_its_own_mirror_image_to_the_last_bit() {
-    for kind in KINDS {
-        let mesh = bead_of(12, kind);
-        // Adding 0 makes −0 the same as 0.
-        let bits = |node: u32, sign: f64| {
-            let [r, z] = mesh.nodes[node as usize];
-            [r.to_bits(), (sign * z + 0.0).to_bits()]
-        };
-        let set = |sign: f64| -> BTreeSet<Vec<[u64; 2]>> {
-            mesh.elements
-                .iter()
-                .map(|element| {
-                    let mut nodes: Vec<_> = element.nodes().iter().map(|node| bits(*node, sign)).collect();
-                    nodes.sort();
-                    nodes
-                })
-                .collect()
-        };
-        assert_eq!(set(1.0), set(-1.0));
-        let along = |name: &str, sign| -> Vec<_> {
-            mesh.boundary(name).unwrap().nodes.iter().map(|node| bits(*node, sign)).collect()
-        };
-        assert_eq!(along("front", 1.0), along("back", -1.0));
-        let mut turned = along("side", -1.0);
-        turned.reverse();
-        assert_eq!(along("side", 1.0), turned);
-    }
+    let mesh = bead_of(12);
+    // Adding 0 makes −0 the same as 0.
+    let bits = |node: u32, sign: f64| {
+        let [r, z] = mesh.nodes[node as usize];
+        [r.to_bits(), (sign * z + 0.0).to_bits()]
+    };
+    let set = |sign: f64| -> BTreeSet<Vec<[u64; 2]>> {
+        mesh.elements
+            .iter()
+            .map(|element| {
+                let mut nodes: Vec<_> = element.iter().map(|node| bits(*node, sign)).collect();
+                nodes.sort();
+                nodes
+            })
+            .collect()
+    };
+    assert_eq!(set(1.0), set(-1.0));
+    let along = |name: &str, sign| -> Vec<_> {
+        mesh.boundary(name).unwrap().nodes.iter().map(|node| bits(*node, sign)).collect()
+    };
+    assert_eq!(along("front", 1.0), along("back", -1.0));
+    let mut turned = along("side", -1.0);
+    turned.reverse();
+    assert_eq!(along("side", 1.0), turned);
 }
 
 #[test]
 fn surface_nodes_lie_on_the_circle_to_rounding() {
-    for kind in KINDS {
-        let mesh = bead_of(12, kind);
-        for boundary in ["front", "side", "back"].map(|name| mesh.boundary(name).unwrap()) {
-            for node in &boundary.nodes {
-                let [r, z] = mesh.nodes[*node as usize];
-                assert!((r.hypot(z) / RADIUS - 1.0).abs() < 4.0 * f64::EPSILON, "{}: {r} {z}", boundary.name);
-            }
-        }
-        let torus = HalfTorus::published();
-        let mesh = annulus_of(12, kind);
-        for node in &mesh.boundary("contact").unwrap().nodes {
+    let mesh = bead_of(12);
+    for boundary in ["front", "side", "back"].map(|name| mesh.boundary(name).unwrap()) {
+        for node in &boundary.nodes {
             let [r, z] = mesh.nodes[*node as usize];
-            let distance = (r - torus.ring_radius).hypot(z) / torus.section_radius;
-            // R is 2.2 section radii: its rounding is too.
-            assert!((distance - 1.0).abs() < 8.0 * f64::EPSILON, "{r} {z}");
+            assert!((r.hypot(z) / RADIUS - 1.0).abs() < 4.0 * f64::EPSILON, "{}: {r} {z}", boundary.name);
         }
-        assert!(
-            mesh.boundary("clamped").unwrap().nodes.iter().all(|n| mesh.nodes[*n as usize][0] == torus.ring_radius)
-        );
     }
+    let torus = HalfTorus::published();
+    let mesh = annulus_of(12);
+    for node in &mesh.boundary("contact").unwrap().nodes {
+        let [r, z] = mesh.nodes[*node as usize];
+        let distance = (r - torus.ring_radius).hypot(z) / torus.section_radius;
+        // R is 2.2 section radii: its rounding is too.
+        assert!((distance - 1.0).abs() < 8.0 * f64::EPSILON, "{r} {z}");
+    }
+    assert!(mesh.boundary("clamped").unwrap().nodes.iter().all(|n| mesh.nodes[*n as usize][0] == torus.ring_radius));
 }
 
 #[test]
 fn boundaries_begin_at_the_pole_and_cover_the_surface_without_a_gap() {
-    let mesh = bead_of(12, Elements::Quadrilaterals);
+    let mesh = bead_of(12);
     let place = |node: u32| mesh.nodes[node as usize];
     let (front, back, side) =
         (mesh.boundary("front").unwrap(), mesh.boundary("back").unwrap(), mesh.boundary("side").unwrap());
@@ -158,7 +147,7 @@ fn boundaries_begin_at_the_pole_and_cover_the_surface_without_a_gap() {
     }
 
     let torus = HalfTorus::published();
-    let mesh = annulus_of(12, Elements::Quadrilaterals);
+    let mesh = annulus_of(12);
     let contact = &mesh.boundary("contact").unwrap().nodes;
     assert_eq!(contact.len(), 49);
     assert!(contact.windows(2).all(|pair| mesh.nodes[pair[0] as usize][0] < mesh.nodes[pair[1] as usize][0]));
@@ -181,7 +170,7 @@ fn boundaries_begin_at_the_pole_and_cover_the_surface_without_a_gap() {
 
 #[test]
 fn a_middle_node_of_a_pole_patch_has_the_mean_radius_of_its_neighbours() {
-    let mesh = bead_of(12, Elements::Mixed);
+    let mesh = bead_of(12);
     for name in ["front", "back"] {
         let nodes = &mesh.boundary(name).unwrap().nodes;
         for start in (0..nodes.len() - 1).step_by(2) {
@@ -193,7 +182,7 @@ fn a_middle_node_of_a_pole_patch_has_the_mean_radius_of_its_neighbours() {
 
 #[test]
 fn nodal_weights_of_a_pole_patch_are_as_one_to_four_and_zero_at_the_pole() {
-    let mesh = bead_of(12, Elements::Quadrilaterals);
+    let mesh = bead_of(12);
     let back = mesh.boundary("back").unwrap();
     let weights = weights(&mesh, back);
     let r = |i: usize| mesh.nodes[back.nodes[i] as usize][0];
@@ -214,7 +203,7 @@ fn nodal_weights_of_a_pole_patch_are_as_one_to_four_and_zero_at_the_pole() {
 #[test]
 fn surface_vertices_follow_the_power_law_and_grow_smoothly_into_the_strip() {
     for density in [8, 12, 16, 24] {
-        let mesh = bead_of(density, Elements::Quadrilaterals);
+        let mesh = bead_of(density);
         let r = |node: u32| mesh.nodes[node as usize][0];
         let back: Vec<u32> = mesh.boundary("back").unwrap().nodes.iter().copied().step_by(2).collect();
         for (i, node) in back.iter().enumerate() {
@@ -237,7 +226,7 @@ fn surface_vertices_follow_the_power_law_and_grow_smoothly_into_the_strip() {
 
 #[test]
 fn a_node_stands_at_the_centre_of_the_bead() {
-    assert!(bead_of(12, Elements::Quadrilaterals).nodes.contains(&[0.0, 0.0]));
+    assert!(bead_of(12).nodes.contains(&[0.0, 0.0]));
 }
 
 #[test]
@@ -251,7 +240,7 @@ fn no_two_nodes_coincide_and_every_node_is_used() {
                 assert!((b[1] - a[1]).abs() > apart, "{a:?} {b:?}");
             }
         }
-        let used: BTreeSet<u32> = mesh.elements.iter().flat_map(|element| element.nodes().to_vec()).collect();
+        let used: BTreeSet<u32> = mesh.elements.iter().flat_map(|element| element.to_vec()).collect();
         assert_eq!(used.len(), mesh.nodes.len());
     }
 }
@@ -269,8 +258,7 @@ fn every_inner_side_is_shared_by_two_elements_with_one_middle() {
             }
         }
         // Euler: a disc has V − E + F = 1 with corners, sides and elements.
-        let corners: BTreeSet<u32> =
-            mesh.elements.iter().flat_map(|element| element.nodes()[..element.shape.corners()].to_vec()).collect();
+        let corners: BTreeSet<u32> = mesh.elements.iter().flat_map(|element| element[..4].to_vec()).collect();
         let count = sides(&mesh).len();
         assert_eq!(corners.len() + mesh.elements.len(), count + 1);
         assert!(outer > 0 && corners.len() + count == mesh.nodes.len());
@@ -278,21 +266,8 @@ fn every_inner_side_is_shared_by_two_elements_with_one_middle() {
 }
 
 #[test]
-fn the_mixed_mesh_has_triangles_in_the_patches_only() {
-    let mesh = bead_of(12, Elements::Mixed);
-    let triangles = mesh.elements.iter().filter(|element| element.shape == Shape::Triangle6).count();
-    // Two patches of three blocks of 12 × 12, two triangles each.
-    assert_eq!(triangles, 2 * 3 * 144 * 2);
-    for element in mesh.elements.iter().filter(|element| element.shape == Shape::Triangle6) {
-        for node in element.nodes() {
-            assert!(mesh.nodes[*node as usize][1].abs() > 0.9 * RADIUS);
-        }
-    }
-}
-
-#[test]
 fn the_default_bead_has_the_size_it_was_designed_for() {
-    let found = quality(&bead_of(12, Elements::Quadrilaterals));
+    let found = quality(&bead_of(12));
     // About 1,600 elements and 10,000 unknowns; 49 contact nodes a pole.
     assert!((1500..1750).contains(&found.elements), "{}", found.elements);
     assert!((9_000..10_600).contains(&found.unknowns), "{}", found.unknowns);
@@ -312,8 +287,8 @@ fn settings_out_of_range_are_refused_with_what_was_found() {
 
 #[test]
 fn an_element_inside_out_is_named_with_its_place() {
-    let mut mesh = bead_of(4, Elements::Quadrilaterals);
-    mesh.elements[7].nodes[..4].reverse();
+    let mut mesh = bead_of(4);
+    mesh.elements[7][..4].reverse();
     let MeshError::NegativeJacobian { element, r, z, determinant } = mesh.check().unwrap_err() else { panic!() };
     assert_eq!(element, 8);
     assert!(determinant < 0.0 && r >= 0.0 && r.hypot(z) < 1.001 * RADIUS);

@@ -17,7 +17,6 @@ mod fea_contact;
 mod fea_convergence;
 mod fea_elements;
 mod fea_factor;
-mod fea_gmsh;
 mod fea_mesh;
 mod fea_modes;
 mod fea_resume;

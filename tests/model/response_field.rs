@@ -5,27 +5,24 @@ use std::sync::Arc;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use granchain::{
     model::fea::mesh::{BeadMesh, bead},
-    response::{CellKind, Field, FieldBody, FieldError, FieldMesh, VtuError, write_pvd, write_vtu},
-    scene::Elements,
+    response::{Field, FieldBody, FieldError, FieldMesh, VtuError, write_pvd, write_vtu},
 };
 use roxmltree::Document;
 
 fn two_cells() -> FieldMesh {
     FieldMesh {
-        points: (0..11).map(|i| [0.1 * f64::from(i), 1.0 / 3.0 - f64::from(i)]).collect(),
-        kinds: vec![CellKind::QuadraticQuadrilateral, CellKind::QuadraticTriangle],
-        connectivity: vec![0, 1, 2, 3, 4, 5, 6, 7, 1, 8, 2, 9, 10, 5],
-        materials: vec![0, 1],
+        points: (0..13).map(|i| [0.1 * f64::from(i), 1.0 / 3.0 - f64::from(i)]).collect(),
+        cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [1, 8, 9, 2, 10, 11, 12, 5]],
     }
 }
 
 fn field() -> Field {
     let mesh = Arc::new(two_cells());
     let body = |name: &str, offset: f64| FieldBody {
-        displacement: (0..11).map(|i| [f64::from(i) * 1e-7, -offset]).collect(),
-        velocity: vec![[0.5, 0.25]; 11],
-        stress: (0..11).map(|i| [f64::from(i), 2.0, 3.0, 4.0e9]).collect(),
-        von_mises: vec![1e9 / 3.0; 11],
+        displacement: (0..13).map(|i| [f64::from(i) * 1e-7, -offset]).collect(),
+        velocity: vec![[0.5, 0.25]; 13],
+        stress: (0..13).map(|i| [f64::from(i), 2.0, 3.0, 4.0e9]).collect(),
+        von_mises: vec![1e9 / 3.0; 13],
         ..FieldBody::at_rest(name, mesh.clone(), offset)
     };
     Field { time: 1.1e-6, bodies: vec![body("bead1", 0.0005), body("bead2", 0.0015)] }
@@ -63,7 +60,7 @@ fn every_value_reads_back_to_the_same_bits() {
     assert_eq!(root.attribute("byte_order"), Some("LittleEndian"));
     assert_eq!(root.attribute("header_type"), Some("UInt64"));
     let piece = document.descendants().find(|node| node.has_tag_name("Piece")).unwrap();
-    assert_eq!((piece.attribute("NumberOfPoints"), piece.attribute("NumberOfCells")), (Some("22"), Some("4")));
+    assert_eq!((piece.attribute("NumberOfPoints"), piece.attribute("NumberOfCells")), (Some("26"), Some("4")));
     assert_eq!(floats(&document, "TimeValue"), [1.1e-6]);
     let flat = |list: &dyn Fn(&FieldBody) -> Vec<f64>| field.bodies.iter().flat_map(list).collect::<Vec<f64>>();
     let vectors = |values: &[[f64; 2]]| values.iter().flat_map(|[r, z]| [*r, *z, 0.0]).collect::<Vec<f64>>();
@@ -74,18 +71,17 @@ fn every_value_reads_back_to_the_same_bits() {
     let moved =
         |body: &FieldBody| vectors(&body.mesh.points.iter().map(|[r, z]| [*r, z + body.offset]).collect::<Vec<_>>());
     assert_eq!(floats(&document, "Points"), flat(&moved));
-    let both: Vec<i64> = [0, 11]
+    let both: Vec<i64> = [0, 13]
         .iter()
-        .flat_map(|first| two_cells().connectivity.into_iter().map(move |p| first + i64::from(p)))
+        .flat_map(|first| two_cells().cells.concat().into_iter().map(move |p| first + i64::from(p)))
         .collect();
     assert_eq!(integers(&document, "connectivity"), both);
-    assert_eq!(integers(&document, "offsets"), [8, 14, 22, 28]);
-    assert_eq!(array(&document, "types"), [23, 22, 23, 22]);
+    assert_eq!(integers(&document, "offsets"), [8, 16, 24, 32]);
+    assert_eq!(array(&document, "types"), [23; 4]);
     let small = |name: &str| -> Vec<i32> {
         array(&document, name).chunks_exact(4).map(|chunk| i32::from_le_bytes(chunk.try_into().unwrap())).collect()
     };
     assert_eq!(small("body"), [1, 1, 2, 2]);
-    assert_eq!(small("material"), [0, 1, 0, 1]);
 }
 
 #[test]
@@ -95,7 +91,7 @@ fn the_same_field_gives_the_same_bytes() {
 
 #[test]
 fn quantities_that_were_not_computed_are_left_out() {
-    let mesh = bead(0.5e-3, &BeadMesh { elements: Elements::Mixed, ..BeadMesh::of_density(4) }).unwrap();
+    let mesh = bead(0.5e-3, &BeadMesh::of_density(4)).unwrap();
     let cells = Arc::new(mesh.to_field_mesh());
     let at_rest = Field { time: 0.0, bodies: vec![FieldBody::at_rest("bead", cells, 0.0)] };
     let text = text(&at_rest);
@@ -111,14 +107,14 @@ fn lists_that_do_not_fit_together_are_refused_by_name() {
     let mut wrong = field();
     wrong.bodies[1].velocity.pop();
     let refused = write_vtu(&wrong, Vec::new()).unwrap_err();
-    let VtuError::Field(FieldError::Count { body, quantity, expected: 11, found: 10 }) = &refused else {
+    let VtuError::Field(FieldError::Count { body, quantity, expected: 13, found: 12 }) = &refused else {
         panic!("{refused}")
     };
     assert_eq!((body.as_str(), *quantity), ("bead2", "velocity"));
     let mut wrong = two_cells();
-    wrong.connectivity[3] = 11;
+    wrong.cells[0][3] = 13;
     let wrong = Field { time: 0.0, bodies: vec![FieldBody::at_rest("bead", Arc::new(wrong), 0.0)] };
-    assert_eq!(wrong.check().unwrap_err().to_string(), "cells of `bead`: expected point numbers below 11, found 11");
+    assert_eq!(wrong.check().unwrap_err().to_string(), "cells of `bead`: expected point numbers below 13, found 13");
 }
 
 #[test]

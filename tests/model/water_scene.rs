@@ -107,7 +107,7 @@ fn a_disc_made_ready_once_serves_every_run_to_the_bit() {
         }
     };
     assert_eq!(refused(|other| other.water = None), Some("water"));
-    assert_eq!(refused(|other| other.model.integrator = Integrator::Symplectic { step: 50e-9 }), Some("model.step"));
+    assert_eq!(refused(|other| other.model.integrator = Integrator::OnDisc { step: 50e-9 }), Some("model.step"));
     let soften = |other: &mut Scene| {
         let Support::Disc { shape, .. } = &mut other.support else { panic!("a disc") };
         shape.rim = Rim::Free;

@@ -421,7 +421,8 @@ fn names_and_numbers_beyond_what_can_be_are_refused_with_their_limit() {
     assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
     assert_eq!(replay(230).0, 0);
     for flags in [["--count", "1000000000"], ["--count", "18446744073709551615"]] {
-        let (code, _, error) = harness::granchain(place.path(), &[&["coverage"], &flags[..]].concat());
+        let (code, _, error) =
+            harness::granchain(place.path(), &[&["coverage", "--plan", "plan.toml"], &flags[..]].concat());
         assert!(code == 2 && error.contains("1000000"), "{error}");
     }
 }

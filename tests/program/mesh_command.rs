@@ -2,7 +2,6 @@
 
 use std::{
     fs,
-    path::Path,
     process::{Command, Output},
 };
 
@@ -39,14 +38,13 @@ fn the_default_meshes_of_both_scenes_have_the_masses_of_their_bodies() {
 }
 
 #[test]
-fn a_folder_holds_three_figures_twice_the_table_and_the_mesh() {
+fn a_folder_holds_two_figures_twice_the_table_and_the_mesh() {
     let place = tempfile::tempdir().unwrap();
     let out = place.path().join("out");
-    let flags =
-        ["--scene", "annulus", "--density", "4", "--set", "model.elements=mixed", "--out", out.to_str().unwrap()];
+    let flags = ["--scene", "annulus", "--density", "4", "--out", out.to_str().unwrap()];
     let output = mesh(&flags);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    for name in ["mesh", "contacts", "revolved"] {
+    for name in ["mesh", "contacts"] {
         let svg = fs::read_to_string(out.join(format!("{name}.svg"))).unwrap();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let texts: Vec<_> = document.descendants().filter_map(|node| node.text()).collect();
@@ -61,22 +59,6 @@ fn a_folder_holds_three_figures_twice_the_table_and_the_mesh() {
     let document = roxmltree::Document::parse(&vtu).unwrap();
     let piece = document.descendants().find(|node| node.has_tag_name("Piece")).unwrap();
     assert_eq!(piece.attribute("NumberOfCells"), Some(table["elements"].to_string().as_str()));
-}
-
-#[test]
-fn an_own_body_takes_the_place_of_a_bead() {
-    let place = tempfile::tempdir().unwrap();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes/bead-triangles.msh");
-    let scene = place.path().join("own.toml");
-    let text = format!("extends = \"rigid\"\n[[chain.override]]\nbead = 2\nmesh = {file:?}\nmesh_unit = \"1 mm\"\n");
-    fs::write(&scene, format!("{text}\n[model]\nkind = \"fea\"\n")).unwrap();
-    let own = summary(&["--scene", scene.to_str().unwrap()]);
-    let kinds = own["kinds"].as_array().unwrap();
-    let bodies: Vec<_> = kinds.iter().map(|kind| kind["bodies"].as_str().unwrap()).collect();
-    assert_eq!(bodies, ["beads 1, 3, 4, 5, 6", "bead 2"]);
-    // Its exact shape is not known.
-    assert!(kinds[1]["mass_error"].is_null());
-    assert!((kinds[1]["mass_kg"].as_f64().unwrap() / 4.101_349_209e-6 - 1.0).abs() < 1e-3);
 }
 
 #[test]

@@ -75,9 +75,11 @@ fn the_flag_that_was_typed_is_named() {
     refused(place.path(), &["mesh", "--scene", "rigid", "--density", "0"], 2, &["a whole number from 2 to 128"]);
     refused(
         place.path(),
-        &["coverage", "--scenario", "pretriger"],
+        &["coverage", "--scenario", "pretrigger"],
         2,
-        &["unknown scenario `pretriger`; did you mean `pretrigger`?"],
+        &[
+            "`--scenario` is gone; instead of it write `cargo run --release -p granchain-validate -- coverage --scenario NAMES`",
+        ],
     );
 }
 

@@ -217,7 +217,7 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
             assert!(error.contains(text), "{arguments:?}: expected `{text}` in\n{error}");
         }
     };
-    let coverage = ["coverage", "--count", "2"];
+    let coverage = ["coverage", "--plan", "plan.toml", "--count", "2"];
     let gone = ["--part K/N --out FILE", "granchain merge FILES --out DIR"];
     usage(&["batch", "plan", "s.batch", "--chunk", "2", "--", "sweep"], &gone);
     for flag in [&["--on", "slurm"][..], &["--on=hyperqueue"], &["--chunk", "3"]] {
@@ -231,8 +231,6 @@ fn what_is_gone_or_makes_no_sense_is_refused_with_what_to_write_instead() {
     for flag in ["--resume", "--force"] {
         usage(&[&SWEEP[..], &["--part", "1/3", "--out", "x", flag]].concat(), &["--part"]);
     }
-    let records = ["coverage", "--scenario", "pretrigger", "--keep-records", "--out", "x", "--part", "1/2"];
-    usage(&records, &["--keep-records", "--part"]);
     part(folder, &SWEEP, 1, 1);
     usage(&["merge", "1.part"], &["--out DIR"]);
     usage(&["merge", "1.part", "--out", "far", "--seed", "3"], &["--seed would do nothing"]);
@@ -276,12 +274,6 @@ fn same_in_parts(command: &[&str], of: usize) {
     assert_eq!(code, 0, "{error}");
     assert_eq!(far, here);
     assert_eq!(bytes(&folder.join("far")), bytes(&folder.join("here")));
-}
-
-#[test]
-fn coverage_is_the_same_in_parts() {
-    let scenarios = ["coverage", "--scenario", "pretrigger,eight-bit", "--count", "2"];
-    same_in_parts(&[&scenarios[..], &["--evaluations", "200", "--seed", "4"]].concat(), 2);
 }
 
 #[test]
@@ -381,23 +373,4 @@ fn ten_times_the_points_take_hardly_more_memory() {
     let merged = peak(&merge.collect::<Vec<_>>());
     assert!(merged < few + 12_000, "{few} {merged}");
     assert_eq!(bytes(&folder.join("far")), bytes(&folder.join("many")));
-}
-
-#[test]
-fn coverage_counts_joint_levels_and_other_parameters_instead_of_scenarios() {
-    let place = tempfile::tempdir().unwrap();
-    let coverage = |more: &[&str]| {
-        let (code, out, error) =
-            granchain(place.path(), &[&["coverage", "--count", "1", "--evaluations", "200", "--quiet"], more].concat());
-        assert_eq!(code, 0, "{error}");
-        out
-    };
-    let joint = coverage(&["--records", "2", "--out", "joint"]);
-    assert!(joint.contains("alpha, drive level 0.5 alone: ") && joint.contains("damping, all levels: "), "{joint}");
-    assert!(place.path().join("joint/coverage.json").is_file());
-    let three = coverage(&["--fit", "alpha,damping,precompression"]);
-    assert!(three.contains("precompression: ") && three.contains("of 1 intervals hold the truth"), "{three}");
-    for more in [&["--fit", "colour"][..], &["--records", "2", "--part", "1/2", "--out", "x"]] {
-        assert_eq!(granchain(place.path(), &[&["coverage"], more].concat()).0, 2, "{more:?}");
-    }
 }

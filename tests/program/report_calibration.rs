@@ -14,7 +14,6 @@ use granchain::{
             Verdict,
         },
         page::ReportError,
-        sweep::{SweepCurve, SweepPoint, SweepReport},
     },
     response::EnergyBalance,
     signal::Series,
@@ -147,19 +146,6 @@ fn feature(unit: &str, measured: f64) -> OutcomeFeature {
 }
 
 fn report() -> CalibrationReport {
-    let sweep_points = |f: fn(f64) -> f64| {
-        (0..25)
-            .map(|i| 0.3 + 0.05 * f64::from(i))
-            .map(|at| SweepPoint { at, value: f(at), scatter: Some(0.05 * f(at).abs()) })
-            .collect::<Vec<_>>()
-    };
-    let curve = |group: &str, name: &str, unit: &str, reference, f: fn(f64) -> f64| SweepCurve {
-        group: group.into(),
-        name: name.into(),
-        unit: unit.into(),
-        points: sweep_points(f),
-        reference,
-    };
     let laws = vec![
         law("linear", Verdict::WithinScatter),
         FitOutcome { log_evidence: -31.0, misfit: 1.9, ..law("kuwabara-kono", Verdict::OutsideScatter) },
@@ -191,7 +177,6 @@ fn report() -> CalibrationReport {
         preferred_law: Some("linear".into()),
         preferred_mount: None,
         widened: None,
-        coverage: None,
         excluded: BTreeMap::new(),
         diagnosis: vec![],
         masked: vec![MaskedStretch {
@@ -214,7 +199,7 @@ fn report() -> CalibrationReport {
         record_notes: vec!["The record is a reconstruction from printed values, not a measurement: peaks, drive frequency and the presence of lines are printed, everything else is invented (PROVENANCE.md).".into()],
         drive: burst(0.2e-6, |t| 1e-6 * ring_up(t) * (TAU * F0 * t).sin()),
         drive_origin: "measurements/annulus-73khz/horn_tip.csv".into(),
-        recorded: Some(velocity(0.0, 1.0)),
+        recorded: velocity(0.0, 1.0),
         simulated: Some(velocity(0.12, 0.97)),
         residual: (0..100).map(|i| (100e-6 + 1e-6 * f64::from(i), 2e-3, 3e-3)).collect(),
         alignment: "onset at 9.8 µs in both".into(),
@@ -223,7 +208,6 @@ fn report() -> CalibrationReport {
         instrument: vec!["The record is the mean of 16 shots.".into()],
         window: Some(Window::new(100e-6, 540e-6)),
         compared: vec!["positive_peak".into(), "band_1/3".into()],
-        published: BTreeMap::from([("positive_peak".to_owned(), (0.289, None)), ("negative_peak".to_owned(), (-0.247, None))]),
     };
     CalibrationReport {
         outcome,
@@ -240,22 +224,6 @@ fn report() -> CalibrationReport {
         },
         records: vec![record],
         laws: vec![drawn(), drawn()],
-        alpha_sweep: Some(SweepReport {
-            name: "amplitude scale α".into(),
-            reference_name: "reconstruction".into(),
-            unit: "1".into(),
-            curves: vec![
-                curve("Peak velocity", "positive", "m/s", Some(0.289), |a| 0.5 * a.sqrt()),
-                curve("Peak velocity", "negative", "m/s", Some(-0.247), |a| -0.4 * a),
-                curve("Ratio to the drive line", "1/3", "1", Some(0.54), |a| 0.6 * (-(a - 0.5f64).powi(2) * 9.0).exp()),
-                curve("Ratio to the drive line", "1/2", "1", None, |a| 0.1 + 0.2 * a),
-                curve("Ratio to the drive line", "2/3", "1", Some(0.38), |a| {
-                    0.4 * (-(a - 0.55f64).powi(2) * 5.0).exp()
-                }),
-            ],
-            marked: Some((0.503, "fit".into())),
-        }),
-        coverage: vec![],
         energy: Some(EnergyBalance {
             initial_j: 0.0,
             piston_work_j: 4.31e-7,
@@ -323,7 +291,6 @@ fn the_page_says_everything_a_reader_asks_for_in_his_order() {
         "Spectra",
         "Features",
         "Search",
-        "Sweep of the drive level",
         "Energy",
         "Assumed on reading",
         "Provenance",
@@ -420,22 +387,11 @@ fn a_number_that_is_not_finite_is_refused_by_name() {
     bad.outcome.best.features.get_mut("line_1/3").unwrap().scatter = Some(f64::NAN);
     assert!(matches!(bad.files(), Err(ReportError::NotFinite { field, .. }) if field == "feature line_1/3"));
     let mut bad = report();
-    bad.records[0].recorded.as_mut().unwrap().values[17] = f64::INFINITY;
+    bad.records[0].recorded.values[17] = f64::INFINITY;
     assert!(matches!(bad.files(), Err(ReportError::NotFinite { field, .. }) if field == "recorded sample 17"));
     let mut bad = report();
     bad.laws.clear();
     assert!(matches!(bad.files(), Err(ReportError::Missing { field: "laws" })));
-}
-
-#[test]
-fn published_numbers_alone_make_a_report_too() {
-    let mut sparse = report();
-    sparse.alpha_sweep = None;
-    sparse.energy = None;
-    (sparse.records[0].recorded, sparse.records[0].window) = (None, None);
-    sparse.outcome.laws.truncate(1);
-    sparse.laws = vec![LawReport { parameters: vec!["alpha".into(), "damping".into()], ..LawReport::default() }];
-    assert!(text(&files(&sparse), "report.html").contains("Simulated velocity"));
 }
 
 #[test]

@@ -106,12 +106,15 @@ fn behind_a_soft_baffle_the_field_comes_from_the_pressure_on_the_back() {
         "duration=140us",
     ];
     let set = coarse.iter().flat_map(|set| ["--set", set]);
-    let flags = ["--pressure-map-frequency", "0.145MHz", "--beam-pattern", "0.5MHz", "--export-interface"];
+    let flags = ["--pressure-map-frequency", "0.145MHz", "--export-interface"];
+    let beam = ["replay", "--scene", "water", "--set", coarse[1], "--out", "beam", "--beam-pattern", "0.5MHz"];
+    let (code, _, refused) = granchain(folder.path(), &beam);
+    assert!(code == 2 && refused.contains("--beam-pattern needs `water.baffle` = \"rigid\""), "{refused}");
     let arguments = ["replay", "--scene", "water", "--out", "w", "--quiet"].into_iter().chain(set).chain(flags);
     let (code, out, err) = granchain(folder.path(), &arguments.collect::<Vec<_>>());
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     let place = folder.path().join("w");
-    for name in ["pressure_map_frequency.svg", "beam_pattern.svg", "interface/pressure.npy"] {
+    for name in ["pressure_map_frequency.svg", "interface/pressure.npy"] {
         assert!(place.join(name).is_file(), "{name}");
     }
     assert!(!place.join("interface/velocity.csv").exists());

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use granchain::scene::{
-    self, AnnulusShape, ContactMass, ContactNormal, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, Elements, FeaSettings,
-    Integrator, Loaded, Material, MeshFile, ModelKind, Scene, SceneError, Scheme, Support, load_text, load_with_notes,
+    self, AnnulusShape, DEFAULT_FEA_STEP, DEFAULT_WATER_STEP, FeaSettings, Integrator, Loaded, Material, ModelKind,
+    Scene, SceneError, Scheme, Support, load_text, load_with_notes,
 };
 
 fn loaded(name: &str, overrides: &[&str]) -> Result<Loaded, SceneError> {
@@ -36,8 +36,7 @@ fn every_built_in_scene_runs_as_finite_elements_by_its_kind_alone() {
         assert!(on(&scene).contains(&"elastic bodies"));
     }
     let default = FeaSettings::default();
-    assert_eq!((default.density, default.step, default.elements), (12, 0.1e-6, Elements::Quadrilaterals));
-    assert_eq!((default.contact_mass, default.scheme), (ContactMass::Massless, Scheme::Trapezoid));
+    assert_eq!((default.density, default.step, default.scheme), (12, 0.1e-6, Scheme::Trapezoid));
     let chain = overridden("annulus", &[]);
     assert_eq!(chain.model.fea, default);
     assert!(!on(&chain).contains(&"elastic bodies"));
@@ -51,49 +50,37 @@ fn every_setting_has_its_key() {
             "model.kind=fea",
             "model.mesh_density=16",
             "model.contact_patch=0.2",
-            "model.elements=mixed",
             "model.step=0.02us",
-            "model.contact_mass=consistent",
             "model.integrator=hht",
             "model.numerical_dissipation=0.1",
-            "support.normal=moving",
             "materials.resin.youngs_modulus=2GPa",
         ],
     );
     let expected = FeaSettings {
         contact_patch: 0.2,
         density: 16,
-        elements: Elements::Mixed,
         step: 0.02e-6,
-        contact_mass: ContactMass::Consistent,
         scheme: Scheme::HilberHughesTaylor { dissipation: 0.1 },
     };
     assert_eq!(scene.model.fea, expected);
     let material = Material { youngs_modulus: 2e9, ..Material::resin() };
-    let (shape, normal) = (AnnulusShape::published(), ContactNormal::Moving);
-    assert_eq!(scene.support, Support::Annulus { shape, stiffness_factor: 1.0, material, normal });
-    assert_eq!(
-        on(&scene)[4..],
-        ["elastic bodies", "mass at the contact nodes", "numerical dissipation", "moving contact normal"]
-    );
-    let newmark = ["model.kind=fea", "model.integrator=newmark", "model.numerical_dissipation=0.1"];
-    let scheme = overridden("rigid", &newmark).model.fea.scheme;
-    assert_eq!(scheme, Scheme::Newmark { dissipation: 0.1 });
+    assert_eq!(scene.support, Support::Annulus { shape: AnnulusShape::published(), stiffness_factor: 1.0, material });
+    assert_eq!(on(&scene)[4..], ["elastic bodies", "numerical dissipation"]);
 }
 
 #[test]
 fn schemes_without_numerical_damping_are_the_trapezoid_and_with_it_stay_stable() {
     for dissipation in [0.0, 0.05, 1.0 / 3.0] {
-        for scheme in [Scheme::HilberHughesTaylor { dissipation }, Scheme::Newmark { dissipation }] {
-            let (beta, gamma) = (scheme.beta(), scheme.gamma());
-            // Unconditional stability of Newmark's family: 2β ≥ γ ≥ ½; largest damping at infinity: β = (½ + γ)²/4.
-            assert!(2.0 * beta >= gamma && gamma >= 0.5);
-            assert!((beta - (0.5 + gamma).powi(2) / 4.0).abs() < 1e-15);
-        }
+        let scheme = Scheme::HilberHughesTaylor { dissipation };
+        let (beta, gamma) = (scheme.beta(), scheme.gamma());
+        // Unconditional stability of Newmark's family: 2β ≥ γ ≥ ½; largest damping at infinity: β = (½ + γ)²/4.
+        assert!(2.0 * beta >= gamma && gamma >= 0.5);
+        assert!((beta - (0.5 + gamma).powi(2) / 4.0).abs() < 1e-15);
     }
-    assert_eq!((Scheme::Trapezoid.beta(), Scheme::Trapezoid.gamma(), Scheme::Trapezoid.lag()), (0.25, 0.5, 0.0));
-    assert_eq!(Scheme::HilberHughesTaylor { dissipation: 0.1 }.lag(), 0.1);
-    assert_eq!(Scheme::Newmark { dissipation: 0.1 }.lag(), 0.0);
+    assert_eq!(
+        (Scheme::Trapezoid.beta(), Scheme::Trapezoid.gamma(), Scheme::Trapezoid.dissipation()),
+        (0.25, 0.5, 0.0)
+    );
 }
 
 #[test]
@@ -117,7 +104,6 @@ fn numbers_out_of_their_range_are_refused() {
         ("trapezoid", "model.mesh_density=2.5", "a whole number from 2 to 128, found 2.5"),
         ("hht", "model.numerical_dissipation=0.34", "a value from 0 to 1/3, found 0.34"),
         ("hht", "model.numerical_dissipation=-0.1", "a value from 0 to 1/3, found -0.1"),
-        ("newmark", "model.numerical_dissipation=0.6", "a value from 0 to 0.5, found 0.6"),
         ("trapezoid", "materials.resin.poissons_ratio=0.5", "Poisson's ratio above −1 and below 0.5, found 0.5"),
         ("trapezoid", "materials.resin.poissons_ratio=-1", "Poisson's ratio above −1 and below 0.5, found -1"),
     ] {
@@ -132,7 +118,7 @@ fn numbers_out_of_their_range_are_refused() {
     }
     assert_eq!(
         refusal("rigid", &["model.kind=fea", "model.integrator=hht"]),
-        "built-in scene `rigid`: `model.numerical_dissipation` is missing (schemes with numerical damping need it); \
+        "built-in scene `rigid`: `model.numerical_dissipation` is missing (a scheme with numerical damping needs it); \
          add `model.numerical_dissipation = 0.1`, or pass it with --set"
     );
 }
@@ -165,8 +151,8 @@ fn a_step_that_does_not_divide_the_output_step_is_shortened_and_said() {
 
 #[test]
 fn a_change_of_model_drops_what_only_the_other_uses() {
-    let own = "extends = \"annulus\"\n[chain]\nmesh = \"bead.msh\"\noverride = [{ bead = 2, mesh = \"b.msh\", radius = 4e-4 }]\n\
-               [support]\nnormal = \"moving\"\n[model]\nkind = \"fea\"\nintegrator = \"newmark\"\n\
+    let own = "extends = \"annulus\"\n[chain]\noverride = [{ bead = 2, radius = 4e-4 }]\n\
+               [model]\nkind = \"fea\"\nintegrator = \"hht\"\n\
                numerical_dissipation = 0.1\nstep = \"50 ns\"\nmesh_density = 8";
     let read = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
@@ -174,15 +160,14 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
     };
     let fea = read(&[]);
     assert_eq!(fea.model.fea.step, 50e-9);
-    assert_eq!(fea.chain.beads[1].mesh.as_ref().unwrap().path, Path::new("bench/b.msh"));
     let chain = read(&["model.kind=chain"]);
     assert_eq!(chain.model, overridden("annulus", &[]).model);
-    assert_eq!((chain.chain.beads[1].radius, &chain.chain.beads[1].mesh), (4e-4, &None));
+    assert_eq!(chain.chain.beads[1].radius, 4e-4);
     assert_eq!(chain.support, Support::resin_annulus(1.0));
     let trapezoid = read(&["model.integrator=trapezoid"]).model.fea;
     assert_eq!((trapezoid.scheme, trapezoid.step, trapezoid.density), (Scheme::Trapezoid, 50e-9, 8));
-    // And from the chain's fixed step to the finite elements.
-    let own = "extends = \"rigid\"\nmodel = { integrator = \"symplectic\", step = 1e-8 }";
+    // And from the chain's tolerance to the finite elements.
+    let own = "extends = \"rigid\"\nmodel = { tolerance = 1e-8 }";
     let scene = load_text(own, Path::new("own.toml"), &["model.kind=fea".into()]).unwrap().scene;
     assert_eq!(scene.model.fea, FeaSettings::default());
     assert_eq!(scene.model.integrator, Integrator::DormandPrince853 { tolerance: scene::DEFAULT_TOLERANCE });
@@ -190,7 +175,7 @@ fn a_change_of_model_drops_what_only_the_other_uses() {
 
 #[test]
 fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
-    for key in ["model.modes=2", "model.contact_mass=massless", "support.normal=fixed", "chain.mesh=bead.msh"] {
+    for key in ["model.modes=2", "loss.support=0.1"] {
         let message = refusal("annulus", &[key]);
         assert!(message.contains("has no effect with `model.kind = \"chain\"`"), "{message}");
         let owner = if key.contains("modes") { "reduced" } else { "fea" };
@@ -198,16 +183,13 @@ fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
     }
     let unfitted = refusal("annulus", &["model.mesh_density=8"]);
     assert!(unfitted.contains("it belongs to `contact.law = \"finite-body\"`"), "{unfitted}");
-    let bead = refusal("rigid", &["chain.override=[{bead=2,mesh=\"b.msh\"}]"]);
-    assert!(bead.contains("`chain.override.mesh` has no effect with `model.kind = \"chain\"`"), "{bead}");
     assert!(
         refusal("rigid", &["model.kind=fea", "model.tolerance=1e-9"])
             .contains("it belongs to `model.kind = \"chain\"`")
     );
     assert_eq!(
         refusal("rigid", &["model.kind=fea", "model.integrator=symplectic", "model.step=1e-8"]),
-        "--set model.integrator=symplectic: `model.integrator`: expected one of `trapezoid`, `hht`, `newmark`, found \
-         `symplectic`"
+        "--set model.integrator=symplectic: `model.integrator`: expected one of `trapezoid`, `hht`, found `symplectic`"
     );
     assert!(refusal("rigid", &["model.integrator=hht"]).contains("expected one of `dormand-prince-853`, `symplectic`"));
     // Without effect although no integrator is named.
@@ -217,26 +199,38 @@ fn keys_of_the_other_model_are_refused_with_the_model_they_belong_to() {
 }
 
 #[test]
-fn mesh_files_are_named_for_all_beads_for_one_and_for_the_support() {
-    let own = "extends = \"annulus\"\n[chain]\nmesh = \"bead.msh\"\nmesh_unit = \"1 mm\"\n\
-               override = [{ bead = 2, mesh = \"/lab/b.msh\", mesh_unit = \"1 um\" }, { bead = 3, radius = 4e-4 }]\n\
-               [support]\nkind = \"body\"\nmesh = \"ring.msh\"\nmaterial = \"glass\"\n[model]\nkind = \"fea\"\n\
-               [materials.glass]\nyoungs_modulus = 7e10\npoissons_ratio = 0.2\ndensity = 2500";
-    let scene = load_text(own, Path::new("bench/own.toml"), &[]).unwrap().scene;
-    let file = |path: &str, unit| MeshFile { path: path.into(), unit };
-    assert_eq!(scene.chain.beads[0].mesh, Some(file("bench/bead.msh", 1e-3)));
-    assert_eq!(scene.chain.beads[1].mesh, Some(file("/lab/b.msh", 1e-6)));
-    assert_eq!(scene.chain.beads[2].mesh, Some(file("bench/bead.msh", 1e-3)));
-    let Support::Body { mesh, material, normal } = &scene.support else { panic!("{:?}", scene.support) };
-    assert_eq!((mesh, &*material.name, *normal), (&file("bench/ring.msh", 1.0), "glass", ContactNormal::Fixed));
-    let names: Vec<_> = scene.materials.iter().map(|material| material.name.as_str()).collect();
+fn bodies_of_gmsh_files_are_answered_with_what_to_write_instead() {
+    let bead = "a bead is a sphere of its `radius`, meshed as finely as `model.mesh_density` says";
+    for key in ["chain.mesh", "chain.mesh_unit"] {
+        let message = refusal("rigid", &["model.kind=fea", &format!("{key}=bead.msh")]);
+        assert_eq!(message, format!("--set {key}=bead.msh: `{key}`: bodies of Gmsh files are gone: {bead}"));
+    }
+    let message = refusal("rigid", &["chain.override=[{bead=2,mesh=\"b.msh\"}]"]);
+    assert!(message.ends_with(&format!("`chain.override.mesh`: bodies of Gmsh files are gone: {bead}")), "{message}");
+    for set in ["support.kind=body", "support.mesh=ring.msh", "support.mesh_unit=1 mm"] {
+        let message = refusal("annulus", &["model.kind=fea", set]);
+        assert!(message.contains("write `support.kind = \"annulus\"` with `support.ring_radius`"), "{message}");
+    }
+}
+
+#[test]
+fn options_that_are_gone_are_refused_but_where_they_said_what_is_left() {
+    for (set, part) in [
+        ("support.normal=moving", "0.19 % too large per µm of travel"),
+        ("model.contact_mass=consistent", "does not converge as the step falls"),
+        ("model.elements=mixed", "all are 8-node quadrilaterals"),
+        ("model.integrator=newmark", "write \"hht\""),
+    ] {
+        let message = refusal("annulus", &["model.kind=fea", set]);
+        assert!(message.starts_with(&format!("--set {set}: `")) && message.contains(part), "{message}");
+    }
+    let idle = ["support.normal=fixed", "model.contact_mass=massless", "model.elements=quadrilaterals"];
+    assert_eq!(overridden("annulus", &idle), overridden("annulus", &[]));
+    let own = "extends = \"annulus\"\nsupport = { normal = \"fixed\" }";
     assert_eq!(
-        names,
-        ["acrylic", "aluminium", "chrome-steel", "glass", "resin", "titanium", "tungsten-carbide", "vitreous-carbon"]
+        load_text(own, Path::new("annulus.toml"), &[]).unwrap().scene.support,
+        overridden("annulus", &[]).support
     );
-    assert!(on(&scene).contains(&"bodies from mesh files"));
-    // Nothing is carried along where no body is a file.
-    assert_eq!(overridden("annulus", &["model.kind=fea"]).materials, []);
 }
 
 #[test]
@@ -293,9 +287,4 @@ fn a_ring_is_its_own_where_the_law_of_the_papers_does_not_hold() {
     assert_eq!(shape(&[]), AnnulusShape::published());
     let given = ["support.ring_radius=2 mm", "support.section_radius=0.8 mm", "chain.radius=1.5 mm"];
     assert_eq!(shape(&given), AnnulusShape { ring_radius: 2e-3, section_radius: 0.8e-3 });
-    assert!(refusal("annulus", &["model.kind=fea", "support.kind=body"]).contains("`support.mesh` is missing"));
-    assert!(refusal("annulus", &["support.kind=body"]).contains("expected a support with a force law"));
-    assert!(
-        refusal("rigid", &["model.kind=fea", "chain.mesh_unit=1mm"]).contains("expected this key beside `chain.mesh`")
-    );
 }

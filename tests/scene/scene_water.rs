@@ -37,7 +37,7 @@ fn water_is_the_source_of_ultrasound_of_the_paper() {
         (0.3, DampingPlacement::All)
     );
     assert_eq!(scene.model.kind, ModelKind::Chain);
-    assert_eq!(scene.model.integrator, Integrator::Symplectic { step: 25e-9 });
+    assert_eq!(scene.model.integrator, Integrator::OnDisc { step: 25e-9 });
     let default = WaterSettings::default();
     assert_eq!(default.liquid, Water { density: 1000.0, sound_speed: 1500.0 });
     assert_eq!(default.field_points, [FieldPoint { radius: 0.0, distance: 1e-3 }]);
@@ -163,7 +163,7 @@ fn what_cannot_be_is_refused_with_figures() {
 #[test]
 fn the_clock_divides_the_output_step_and_says_so() {
     let loaded = scene::load_with_notes("water", &["model.step=30ns".into()]).unwrap();
-    assert_eq!(loaded.scene.model.integrator, Integrator::Symplectic { step: 25e-9 });
+    assert_eq!(loaded.scene.model.integrator, Integrator::OnDisc { step: 25e-9 });
     assert!(loaded.notes[0].contains("taken as 25 ns"), "{:?}", loaded.notes);
 }
 

@@ -1,16 +1,12 @@
-//! Comparison of runs with a record or with published features: conditioning, features and their weights.
+//! Comparison of runs with a record: conditioning, features and their weights.
 
 use std::{borrow::Cow, collections::BTreeMap};
 
 use rand::Rng;
 use thiserror::Error;
 
-use super::{
-    observation::{Observation, Passband},
-    printed::{self, PublishedComparison},
-};
+use super::observation::{Observation, Passband};
 use granchain_model::scene::Drive;
-use granchain_record::Statement;
 use granchain_signal::{
     Gap, Series, bridge,
     feature::{Measurand, fingerprint::Fingerprint},
@@ -30,18 +26,6 @@ const UNSEEN_FALL: f64 = 3.0;
 /// Drive periods simulated beyond the fingerprint if the onset is known from another fidelity level: the onset may
 /// come that much later, and the filter needs a margin.
 const AFTER_ONSET: f64 = 3.0;
-
-/// Drive periods simulated beyond the end of an analysis window, as a margin for the filter.
-const AFTER_WINDOW: f64 = 2.0;
-
-/// Conversion of a conditioned trace to features z.
-#[derive(Debug, Clone)]
-pub enum Reduction {
-    /// For a record: onset, early peaks, bands.
-    Fingerprint(Fingerprint),
-    /// For published features: one z per statement.
-    Published(PublishedComparison),
-}
 
 /// The quantities to be fitted and how runs are compared with them.
 #[derive(Debug, Clone)]
@@ -71,7 +55,8 @@ pub struct Comparison {
     pub noise_freedom: f64,
     /// Number of shots averaged in the record.
     pub averages: usize,
-    pub reduction: Reduction,
+    /// Conversion of a conditioned trace to features z: onset, early peaks, bands.
+    pub fingerprint: Fingerprint,
     /// Features z₀ of the record.
     pub features: Vec<f64>,
     /// Smallest scatter allowed to each feature, in ln.
@@ -99,137 +84,77 @@ impl From<Observation> for Comparison {
     }
 }
 
-impl From<PublishedComparison> for Comparison {
-    fn from(printed: PublishedComparison) -> Self {
-        Self {
-            cutoff: printed.cutoff,
-            bandwidth: None,
-            passband: None,
-            clipped: [None; 2],
-            masked: vec![],
-            sampling: 0.0,
-            noise_density: 0.0,
-            flicker: 0.0,
-            rounding: 0.0,
-            speckle: 0.0,
-            noise_freedom: 0.0,
-            averages: 1,
-            features: printed.targets(),
-            nuggets: printed.nuggets(),
-            weights: vec![1.0; printed.statements.len()],
-            reduction: Reduction::Published(printed),
-            power: printed::POWER,
-            sensitivity: 0.0,
-        }
-    }
-}
-
 impl Comparison {
     /// Names of the features, in order.
     pub fn names(&self) -> Vec<Cow<'static, str>> {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => fingerprint.names(),
-            Reduction::Published(printed) => {
-                printed.statements.iter().map(|statement| Cow::Owned(statement.name.clone())).collect()
-            }
-        }
+        self.fingerprint.names()
     }
 
-    /// Recorded value of feature `index`, SI; `None` for a one-sided statement.
+    /// Recorded value of feature `index`, SI.
     pub(crate) fn measured(&self, index: usize) -> Option<f64> {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, *self.features.get(index)?)),
-            Reduction::Published(printed) => match printed.statements.get(index)?.statement {
-                Statement::Value { value, .. } => Some(value),
-                _ => None,
-            },
-        }
+        Some(self.amplitude(index, *self.features.get(index)?))
     }
 
     /// The same for a record with all amplitudes multiplied by `factor`.
-    pub(crate) fn scaled(&self, factor: f64) -> Option<Self> {
-        let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         let scaled = |(index, z): (usize, &f64)| if self.unit(index) == "1" { *z } else { z + factor.ln() };
-        Some(Self {
+        Self {
             features: self.features.iter().enumerate().map(scaled).collect(),
             noise_density: factor * factor * self.noise_density,
             flicker: factor * factor * self.flicker,
             rounding: factor * factor * self.rounding,
             clipped: self.clipped.map(|limit| limit.map(|limit| factor * limit)),
-            reduction: Reduction::Fingerprint(fingerprint.clone().scaled(factor)),
+            fingerprint: self.fingerprint.clone().scaled(factor),
             ..self.clone()
-        })
+        }
     }
 
     /// Derivative of each feature z with respect to the logarithm of a factor on the trace: 1 for an amplitude, less
     /// near the floor, 0 for a ratio.
     pub(crate) fn answers(&self) -> Vec<f64> {
-        let answer = |(index, z): (usize, &f64)| match self.amplitude(index, *z) {
-            _ if self.unit(index) == "1" => 0.0,
-            Some(amplitude) => (amplitude / z.exp()).powi(2),
-            None => 1.0,
+        let answer = |(index, z): (usize, &f64)| match self.unit(index) {
+            "1" => 0.0,
+            _ => (self.amplitude(index, *z) / z.exp()).powi(2),
         };
         self.features.iter().enumerate().map(answer).collect()
     }
 
-    /// Value behind z of feature `index`, SI; `None` for a published statement.
-    pub(crate) fn amplitude(&self, index: usize, z: f64) -> Option<f64> {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => Some(fingerprint.amplitude(index, z)),
-            Reduction::Published(_) => None,
-        }
+    /// Value behind z of feature `index`, SI.
+    pub(crate) fn amplitude(&self, index: usize, z: f64) -> f64 {
+        self.fingerprint.amplitude(index, z)
     }
 
     /// SI unit of feature `index`, `1` for a pure number.
     pub(crate) fn unit(&self, index: usize) -> &'static str {
-        let pure = match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => {
-                fingerprint.names().get(index).is_some_and(|name| name.starts_with("ratio"))
-            }
-            Reduction::Published(printed) => {
-                printed.statements.get(index).is_some_and(|statement| !printed::is_velocity(&statement.statement))
-            }
-        };
+        let pure = self.names().get(index).is_some_and(|name| name.starts_with("ratio"));
         if pure { "1" } else { self.measurand().unit() }
     }
 
     pub(crate) fn measurand(&self) -> Measurand {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => fingerprint.measurand(),
-            Reduction::Published(_) => Measurand::Velocity,
-        }
+        self.fingerprint.measurand()
     }
 
     /// Required duration of a run under `drive`, s.
     pub(crate) fn duration(&self, drive: &Drive) -> f64 {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) if !fingerprint.by_onset() => {
-                drive.burst().1 + FALL_ALLOWANCE / drive.frequency
-            }
-            Reduction::Fingerprint(fingerprint) => {
-                drive.burst().0 + (fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) / drive.frequency
-            }
-            Reduction::Published(printed) => printed.window.to + AFTER_WINDOW / drive.frequency,
+        match self.fingerprint.by_onset() {
+            false => drive.burst().1 + FALL_ALLOWANCE / drive.frequency,
+            true => drive.burst().0 + (self.fingerprint.cycles_needed() as f64 + ONSET_ALLOWANCE) / drive.frequency,
         }
     }
 
     /// First crossing of the onset threshold by a conditioned trace, s; `None` if there is none, or if the comparison
     /// does not align by onset.
     pub(crate) fn onset(&self, trace: &Series) -> Option<f64> {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) if fingerprint.by_onset() => {
-                fingerprint.alignment(trace).ok().map(|index| trace.time(index))
-            }
-            _ => None,
-        }
+        let found = self.fingerprint.by_onset().then(|| self.fingerprint.alignment(trace).ok());
+        found.flatten().map(|index| trace.time(index))
     }
 
     /// Cuts the beginning of a trace if the record's position in the response is unknown: the start is drawn uniformly
     /// between the onset and the last start that leaves enough before the decay. Other comparisons leave the trace
     /// unchanged.
     pub(super) fn begun(&self, mut trace: Series, drive: &Drive, random: &mut impl Rng) -> Series {
-        if let Reduction::Fingerprint(fingerprint) = &self.reduction
-            && fingerprint.lies_somewhere()
+        let fingerprint = &self.fingerprint;
+        if fingerprint.lies_somewhere()
             && let Ok(onset) = fingerprint.alignment(&trace)
         {
             let end = drive.burst().1 + (UNSEEN_FALL - fingerprint.cycles_needed() as f64) / drive.frequency;
@@ -244,26 +169,20 @@ impl Comparison {
     ///
     /// - `within`: where between two samples of the record a gap begins, −½ to ½
     pub(super) fn bridge(&self, trace: &mut Series, filtered: &Series, within: f64) {
-        if let Reduction::Fingerprint(fingerprint) = &self.reduction
-            && let Ok(at) = fingerprint.alignment_time(filtered)
-        {
+        if let Ok(at) = self.fingerprint.alignment_time(filtered) {
             let at = at + within * self.sampling;
             bridge(trace, &self.masked.iter().map(|gap| gap.later(at)).collect::<Vec<_>>());
         }
     }
 
-    /// Required duration of a run with its onset at `onset`, s; `None` if onsets are not used.
-    pub(crate) fn end_of_run(&self, onset: f64, drive: &Drive) -> Option<f64> {
-        let Reduction::Fingerprint(fingerprint) = &self.reduction else { return None };
-        Some(onset + (fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency)
+    /// Required duration of a run with its onset at `onset`, s.
+    pub(crate) fn end_of_run(&self, onset: f64, drive: &Drive) -> f64 {
+        onset + (self.fingerprint.cycles_needed() as f64 + AFTER_ONSET) / drive.frequency
     }
 
     /// Features z of a conditioned trace (m/s or Pa).
     pub(crate) fn reduce(&self, trace: &Series) -> Result<Vec<f64>, String> {
-        match &self.reduction {
-            Reduction::Fingerprint(fingerprint) => fingerprint.measure(trace).map_err(|error| error.to_string()),
-            Reduction::Published(printed) => printed.measure(trace).map_err(|error| error.to_string()),
-        }
+        self.fingerprint.measure(trace).map_err(|error| error.to_string())
     }
 
     /// The same with other weights for the features named.

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use self::suspect::Suspect;
 use super::{
     agreement::{Agreement, DOUBTFUL},
-    comparison::{Comparison, Reduction},
+    comparison::Comparison,
     drive::HornNoise,
     fit::{Fit, Standing, standing},
     forward::{Forward, Uncertainty, Watch},
@@ -104,22 +104,14 @@ pub enum Cause {
     Ends,
     /// The face of the horn, of another material than the beads.
     HornFace,
-    /// The stiffness of the support; of a column that is struck, modulus or loss of its foundation.
+    /// The stiffness of the support.
     Support,
-    /// A plate on the foundation.
-    Plate,
-    /// Velocity of the striker.
-    Velocity,
-    /// What the force sensor in a bead reads.
-    Sensor,
-    /// Losses in the contacts of the beads.
-    ContactLoss,
     /// The gap before the first bead, or rough contacts.
     Gap,
     /// Friction in the bead guide.
     Friction,
     DampingLaw,
-    /// The clock of the vibrometer against the horn's, or the time between the samples of a force sensor.
+    /// The clock of the vibrometer against the horn's.
     Clock,
     /// The record is an average of several shots.
     Averages,
@@ -127,7 +119,7 @@ pub enum Cause {
     Record,
 }
 
-/// A cause that explains a record, or hits of a striker.
+/// A cause that explains a record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     pub cause: Cause,
@@ -155,8 +147,8 @@ pub(crate) struct Case<'a> {
     pub laws: Option<&'a FiniteBodyLaws>,
     /// What its runs are compared with.
     pub comparison: &'a Comparison,
-    /// The record at the comparison's samples; absent for published features.
-    pub trace: Option<&'a Series>,
+    /// The record at the comparison's samples.
+    pub trace: &'a Series,
     /// Residual noise of the horn's motion.
     pub(crate) noise: Option<HornNoise>,
     pub parameters: &'a [Parameter],
@@ -302,8 +294,7 @@ impl Case<'_> {
 
     /// A record of the other sign, with p by the runs of the fit.
     fn sign(&self) -> Option<(Suspect, f64)> {
-        let Reduction::Fingerprint(fingerprint) = &self.comparison.reduction else { return None };
-        let turned = fingerprint.measure(&self.trace?.map(|value| -value)).ok()?;
+        let turned = self.comparison.fingerprint.measure(&self.trace.map(|value| -value)).ok()?;
         let p = self.judged(&turned, 0.0)?.p;
         let [low, high] = self.comparison.clipped;
         let clipped = [high.map(|limit| -limit), low.map(|limit| -limit)];
@@ -320,14 +311,14 @@ impl Case<'_> {
             "a factor of {factor:.3} on all amplitudes (the peak is {}); check the unit of the column and the sensitivity (--unit, --scale)",
             self.peak()
         );
-        let compared = self.comparison.scaled(1.0 / factor).map(|comparison| (comparison, 1.0 / factor));
+        let compared = Some((self.comparison.scaled(1.0 / factor), 1.0 / factor));
         Some((Suspect { compared, ..Suspect::said(Cause::Scale, self.scene.clone(), text) }, p))
     }
 
     /// The record's peak with its unit.
     fn peak(&self) -> String {
         let comparison = self.comparison;
-        let peak = comparison.features.first().and_then(|z| comparison.amplitude(0, *z)).unwrap_or(0.0);
+        let peak = comparison.features.first().map_or(0.0, |z| comparison.amplitude(0, *z));
         engineering(peak, comparison.unit(0), 3)
     }
 
@@ -343,7 +334,7 @@ impl Case<'_> {
             return None;
         }
         let forward = self.forward(self.scene, self.parameters.to_vec(), self.comparison.clone(), None)?;
-        let trace = on_other_clock(self.trace?, seen.late);
+        let trace = on_other_clock(self.trace, seen.late);
         let compared = Compared { clock: CLOCK_LEFT, ..self.compared(&forward, &trace) };
         let of = |estimate: &super::estimate::Estimate| 0.5 * (estimate.high / estimate.low).ln() / QUANTILE;
         let deviations: Vec<f64> = self.fit.estimates.iter().map(of).collect();
@@ -364,7 +355,7 @@ impl Case<'_> {
     /// An average of several shots, which weakens and smooths whatever differs from shot to shot; nothing where that is little.
     fn averaged(&self) -> (Option<Finding>, usize) {
         let steady = self.fit.waveform.as_ref().is_some_and(|waveform| waveform.cycles > STEADY);
-        if self.comparison.averages > 1 || self.trace.is_none() || steady {
+        if self.comparison.averages > 1 || steady {
             return (None, 0);
         }
         let text = format!("a mean of several shots (averages=N), here of {SHOTS}");
@@ -444,14 +435,14 @@ impl Case<'_> {
 
     /// The same after short runs about that answer; `None` if stopped.
     fn raced(&self, looked: Looked) -> Option<Raced> {
-        let trace = looked.suspect.trace(self.trace?);
+        let trace = looked.suspect.trace(self.trace);
         let compared = self.compared(&looked.forward, &trace);
         let (start, misfit) = waveform::quick(compared, &looked.standing.elite, self.seed)?;
         Some(Raced { looked, start, misfit })
     }
 
     fn waveform(&self, raced: &Raced) -> Option<WaveformFit> {
-        let trace = raced.looked.suspect.trace(self.trace?);
+        let trace = raced.looked.suspect.trace(self.trace);
         waveform::hurried(self.compared(&raced.looked.forward, &trace), Ok(raced.start.clone()), self.seed)
     }
 
@@ -499,13 +490,9 @@ impl Cause {
             Self::Ends => "the faces",
             Self::HornFace => "the horn's face",
             Self::Support => "the support",
-            Self::Plate => "a plate",
-            Self::Velocity => "the striker's velocity",
-            Self::ContactLoss => "losses in the contacts",
             Self::Gap => "a gap or roughness",
             Self::Friction => "friction in the guide",
             Self::DampingLaw => "the damping law",
-            Self::Sensor => "the sensor's reading",
             Self::Clock => "the clock",
             Self::Averages => "a mean of several shots",
             Self::Record => "the record",

@@ -32,7 +32,7 @@ pub(super) enum Engine {
 pub(crate) fn sampled_scene(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.output_step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
-    if let (Support::Disc { .. }, Integrator::Symplectic { step }) = (&scene.support, &mut scene.model.integrator) {
+    if let (Support::Disc { .. }, Integrator::OnDisc { step }) = (&scene.support, &mut scene.model.integrator) {
         *step = scene.output_step / (scene.output_step / *step - 1e-9).ceil().max(1.0);
     }
     scene
@@ -100,7 +100,7 @@ impl Engine {
             Self::Chain(..) => Ok(Self::Chain(Box::new(ensemble(scene, laws, REFINEMENT)?), REFINEMENT)),
             Self::OnDisc { scene, measurand, .. } => {
                 let mut scene = Scene::clone(scene);
-                if let Integrator::Symplectic { step } = &mut scene.model.integrator {
+                if let Integrator::OnDisc { step } = &mut scene.model.integrator {
                     *step *= 0.5;
                 }
                 let prepared = Arc::new(model::prepare(&scene)?);
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn the_clock_of_a_disc_divides_the_samples_and_is_no_longer_than_the_scene_s() {
         let scene = sampled_scene(&scene::load("water", &[]).unwrap());
-        let Integrator::Symplectic { step } = scene.model.integrator else { panic!("no fixed step") };
+        let Integrator::OnDisc { step } = scene.model.integrator else { panic!("no fixed step") };
         let parts = scene.output_step / step;
         assert!((parts - parts.round()).abs() < 1e-9 && step <= 2.5e-8 && step > 2e-8, "{step:e} {parts}");
         assert!((scene.output_step * 73e3 * STEPS_PER_CYCLE as f64 - 1.0).abs() < 1e-12);

@@ -72,8 +72,7 @@ pub fn chain_below(scene: &Scene) -> Scene {
         chain.contact_law = ContactLaw::FiniteBody;
     }
     if scene.model.kind == ModelKind::Reduced {
-        (chain.model.fea.density, chain.model.fea.elements) =
-            (scene.model.reduced.density, scene.model.reduced.elements);
+        chain.model.fea.density = scene.model.reduced.density;
     }
     chain.model.kind = ModelKind::Chain;
     chain
@@ -82,8 +81,7 @@ pub fn chain_below(scene: &Scene) -> Scene {
 /// The reduced model between chain and finite elements, with the same mesh; `None` for other models.
 pub(crate) fn reduced_below(scene: &Scene) -> Option<Scene> {
     let mut reduced = scene.clone();
-    (reduced.model.reduced.density, reduced.model.reduced.elements) =
-        (scene.model.fea.density, scene.model.fea.elements);
+    reduced.model.reduced.density = scene.model.fea.density;
     reduced.model.reduced.contact_patch = scene.model.fea.contact_patch;
     reduced.model.kind = ModelKind::Reduced;
     (scene.model.kind == ModelKind::Fea).then_some(reduced)
@@ -201,7 +199,7 @@ impl FidelityLevel {
     fn own(&self, first: u64, chain: &[TimedRun]) -> Result<Vec<Run>, Incomplete> {
         let longest = self.scene.duration;
         let plan = |(number, (run, onset)): (u64, &TimedRun)| {
-            let end = onset.and_then(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
+            let end = onset.map(|onset| self.chain.comparison.end_of_run(onset, &self.scene.drive));
             let duration = end.map_or(longest, |end| end.min(longest));
             PlannedRun { number, position: run.position.clone(), duration }
         };
@@ -318,11 +316,11 @@ mod tests {
     use super::*;
     use crate::{
         forward::Uncertainty,
-        observation::Observation,
+        observation::{Observation, Recording},
         parameter::Parameter,
-        synthetic::{Flaw, synthetic},
     };
     use granchain_model::scene::{self, Support};
+    use granchain_record::{ReadOptions, RecordKind, read_record};
     use granchain_signal::feature::fingerprint::FeatureSet;
 
     #[test]
@@ -340,9 +338,10 @@ mod tests {
         let overrides = ["chain.beads=2", "drive.cycles=20", "duration=420us"].map(String::from);
         let scene = scene::load("annulus", &overrides).unwrap();
         let (parameters, uncertainty) = (vec![Parameter::alpha()], Uncertainty::default());
-        let run = |scene: &Scene| model::run(scene, &mut |_| true);
-        let made = synthetic(&scene, &parameters, &uncertainty, Flaw::None, 1, 5, &run).unwrap();
-        let observation = Observation::new(&made.recording, &scene.drive, FeatureSet::Full).unwrap();
+        let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../measurements/twin-annulus/vib.csv");
+        let record = read_record(&shipped, RecordKind::Vibrometer, &ReadOptions::default()).unwrap();
+        let recording = Recording::of(&record, false);
+        let observation = Observation::new(&recording, &scene.drive, FeatureSet::Full).unwrap();
         let chain = Forward::new(&scene, None, parameters, observation, uncertainty, 5, Arc::new(|_| true)).unwrap();
         let level = FidelityLevel::new(&chain, Bodies::new(&scene, None).unwrap().prepared, &scene);
         let support = |chain: &Forward, number: u64| -> Support {

@@ -62,7 +62,7 @@ impl std::fmt::Display for Verdict {
 
 impl Verdict {
     /// Of p, of whether the answer still moves, and of whether a value is unusual.
-    pub(crate) fn of(p: f64, moves: bool, unusual: bool) -> Self {
+    pub fn of(p: f64, moves: bool, unusual: bool) -> Self {
         if p < agreement::OUTSIDE {
             Self::OutsideScatter
         } else if moves {

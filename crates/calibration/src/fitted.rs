@@ -216,7 +216,7 @@ impl FittedCandidate {
             let feature = |(index, name): (usize, &std::borrow::Cow<'static, str>)| {
                 let (z, scatter) = z(index)?;
                 let unit = comparison.unit(index).to_owned();
-                Some((name.to_string(), FidelityFeature { value: comparison.amplitude(index, z)?, scatter, unit }))
+                Some((name.to_string(), FidelityFeature { value: comparison.amplitude(index, z), scatter, unit }))
             };
             names.iter().enumerate().filter_map(feature).collect()
         };
@@ -283,7 +283,7 @@ impl Fitted {
             scene: &chain_below(best.candidate.scene()),
             laws: best.forward.laws.as_ref(),
             comparison: &recorded_run.comparison,
-            trace: recorded_run.measured.trace(),
+            trace: &recorded_run.measured.observation.trace,
             noise: recorded_run.bench.drive.as_ref().and_then(RecordedDrive::noise),
             parameters: &best.fit.parameters,
             uncertainty: recorded_run.uncertainty,
@@ -342,14 +342,11 @@ impl Fitted {
                 problem.recorded_runs.iter().map(|recorded_run| &recorded_run.comparison).collect();
             statements.extend(statement::repeated(fit, &comparisons, &problem.labels()));
         }
-        statements.extend(match (&lead.bench.drive, lead.measured.features()) {
-            (Some(_), _) => statement::recorded_drive(fit),
-            // Published features come with the drive of their scene.
-            (None, Some(_)) => None,
-            (None, None) => statement::assumed_drive(fit, best.candidate.scene()),
+        statements.extend(match &lead.bench.drive {
+            Some(_) => statement::recorded_drive(fit),
+            None => statement::assumed_drive(fit, best.candidate.scene()),
         });
         statements.extend(statement::widened(fit, &self.best_made().runs));
-        statements.extend(lead.measured.features().into_iter().flat_map(|it| statement::printed(fit, &it.printed)));
         let laws: Vec<FitOutcome> = self.ranked().into_iter().map(|fitted| fitted.outcome(problem)).collect();
         let mut outcome = CalibrationOutcome {
             best: laws[0].clone(),
@@ -394,7 +391,6 @@ impl Problem {
             preferred_law: None,
             preferred_mount: None,
             widened: self.widen,
-            coverage: None,
             excluded: BTreeMap::new(),
             diagnosis: Vec::new(),
             masked: self.recorded_runs.iter().flat_map(RecordedRun::masked).collect(),

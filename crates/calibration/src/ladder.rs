@@ -224,17 +224,17 @@ impl Problem {
         let watch: Arc<Watch> = Arc::new(|_| true);
         let joint = joint(self, candidate, bodies, &watch).ok()?;
         let each = self.recorded_runs.iter().zip(&joint.records);
-        let compared =
-            each.map(|(recorded_run, forward)| compared(recorded_run, forward)).collect::<Option<Vec<_>>>()?;
+        let compared = each.map(|(recorded_run, forward)| compared(recorded_run, forward)).collect();
         let at: Vec<f64> = candidate.parameters.iter().zip(values).map(|(it, value)| it.coordinate(*value)).collect();
         waveform::bound(compared, &at, deviations, self.seed)
     }
 }
 
-/// The waveform of a record with what makes its runs; `None` where it has none.
-fn compared<'a>(recorded_run: &'a RecordedRun, forward: &'a Forward) -> Option<Compared<'a>> {
+/// The waveform of a record with what makes its runs.
+fn compared<'a>(recorded_run: &'a RecordedRun, forward: &'a Forward) -> Compared<'a> {
     let noise = recorded_run.bench.drive.as_ref().and_then(RecordedDrive::noise);
-    Some(Compared { forward, noise, trace: recorded_run.measured.trace()?, difference: None, clock: waveform::CLOCK })
+    let trace = &recorded_run.measured.observation.trace;
+    Compared { forward, noise, trace, difference: None, clock: waveform::CLOCK }
 }
 
 /// A fit on the chain combined with the waveforms of its records, if all have one.
@@ -243,8 +243,7 @@ fn with_waveform(problem: &Problem, joint: &MultiRecord, search: &Search, fit: F
         problem.recorded_runs.iter().zip(&joint.records).map(|(recorded_run, forward)| compared(recorded_run, forward));
     let training = search.training(search.runs.len());
     let known = fit.elite(&training);
-    let records = compared.collect::<Option<Vec<_>>>();
-    match records.and_then(|records| waveform::fit(records, &known, problem.seed, purpose)) {
+    match waveform::fit(compared.collect(), &known, problem.seed, purpose) {
         Some(waveform) => fit.with_waveform(waveform, &training, problem.seed),
         None => fit,
     }
@@ -264,7 +263,7 @@ fn by_waveform(
     let found = chain.waveform.as_ref().filter(|waveform| waveform.decides())?;
     let deviation = |d: usize| found.covariance[d][d].sqrt().max(LEVELS_APART);
     let deviations: Vec<f64> = (0..found.at.len()).map(deviation).collect();
-    let compared = compared(problem.lead(), joint.first())?;
+    let compared = compared(problem.lead(), joint.first());
     let waveform = waveform::fit_above(compared, fidelity, &found.at, &deviations, problem.seed)?;
     if !waveform.decides() || waveform.p < DOUBTFUL {
         return None;
@@ -284,7 +283,7 @@ fn with_waveform_above(
     training: &TrainingRuns,
     fit: Fit,
 ) -> Fit {
-    let Some(compared) = compared(problem.lead(), forward) else { return fit };
+    let compared = compared(problem.lead(), forward);
     let deviations: Vec<f64> =
         fit.estimates.iter().map(|estimate| 0.5 * (estimate.high / estimate.low).ln() / QUANTILE).collect();
     match waveform::fit_above(compared, above, &fit.most_likely, &deviations, problem.seed) {

@@ -1,48 +1,29 @@
-//! Data to be fitted: a record of a vibrometer or hydrophone, or published features without a waveform.
+//! Data to be fitted: a record of a vibrometer or hydrophone.
 
 use std::path::Path;
 
 use super::{
     comparison::Comparison,
-    drive::{RecordedDrive, displacement},
+    drive::RecordedDrive,
     observation::{Observation, Recording},
-    printed::PublishedComparison,
     refusal::Refusal,
 };
 use granchain_model::scene::Scene;
-use granchain_record::{Beginning, HornDrive, PublishedFeatures, ReadOptions, Record, RecordKind, read_record};
+use granchain_record::{Beginning, HornDrive, ReadOptions, Record, RecordKind, read_record};
 use granchain_signal::{
     Series, about_running_mean,
     feature::{Measurand, Window, fingerprint::FeatureSet, line_amplitude},
     wander,
 };
 
-#[derive(Debug, Clone)]
-pub enum Measured {
-    Record(Box<MeasuredRecord>),
-    Published(Box<MeasuredFeatures>),
-}
-
 /// A waveform with its fingerprint.
 #[derive(Debug, Clone)]
-pub struct MeasuredRecord {
+pub struct Measured {
     pub record: Record,
     /// Instrument model for simulated traces.
     pub recording: Recording,
     /// The record conditioned for the fit.
     pub observation: Observation,
-}
-
-/// Published statements, as read and prepared for the fit.
-#[derive(Debug, Clone)]
-pub struct MeasuredFeatures {
-    pub published: PublishedFeatures,
-    pub printed: PublishedComparison,
-}
-
-/// Whether a file holds published features.
-pub(crate) fn is_published(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
 impl Measured {
@@ -54,14 +35,6 @@ impl Measured {
         (scene, drive): (&Scene, Option<&RecordedDrive>),
         assumptions: &mut Vec<String>,
     ) -> Result<Self, Refusal> {
-        if is_published(path) {
-            let published = PublishedFeatures::read(path)?;
-            let window = Window::of_drive(&displacement(scene), scene.drive.frequency).map_err(Refusal::NoWindow)?;
-            let printed = PublishedComparison::new(&published, scene.drive.frequency, window)
-                .map_err(|source| Refusal::Mismatch { path: path.into(), source })?;
-            assumptions.extend(printed.assumptions().into_iter().map(|text| format!("{}: {text}", path.display())));
-            return Ok(Self::Published(Box::new(MeasuredFeatures { published, printed })));
-        }
         let kind = match quantity {
             Measurand::Velocity => RecordKind::Vibrometer,
             Measurand::Pressure => RecordKind::Hydrophone,
@@ -99,70 +72,25 @@ impl Measured {
         let recording = Recording { origin, ..Recording::of(&record, begins_late) };
         let observation = Observation::new(&recording, &scene.drive, set)
             .map_err(|source| Refusal::Observation { path: record.path.clone(), source })?;
-        Ok(Self::Record(Box::new(MeasuredRecord { record, recording, observation })))
+        Ok(Self { record, recording, observation })
     }
 
     /// The comparison of runs with it.
-    pub(crate) fn comparison(&self) -> Comparison {
-        match self {
-            Self::Record(measured) => measured.observation.comparison.clone(),
-            Self::Published(measured) => measured.printed.clone().into(),
-        }
+    pub(crate) fn comparison(&self) -> &Comparison {
+        &self.observation.comparison
     }
 
     pub fn path(&self) -> &Path {
-        match self {
-            Self::Record(measured) => &measured.record.path,
-            Self::Published(measured) => &measured.published.path,
-        }
+        &self.record.path
     }
 
     pub fn sha256(&self) -> &str {
-        match self {
-            Self::Record(measured) => &measured.record.sha256,
-            Self::Published(measured) => &measured.published.sha256,
-        }
-    }
-
-    /// The waveform, if there is one.
-    pub fn record(&self) -> Option<&Record> {
-        match self {
-            Self::Record(measured) => Some(&measured.record),
-            Self::Published(_) => None,
-        }
-    }
-
-    /// The conditioned waveform, if there is one.
-    pub(crate) fn trace(&self) -> Option<&Series> {
-        match self {
-            Self::Record(measured) => Some(&measured.observation.trace),
-            Self::Published(_) => None,
-        }
+        &self.record.sha256
     }
 
     /// Warnings about the record, and what is left out because of them.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        match self {
-            Self::Record(measured) => {
-                [measured.record.warnings.clone(), measured.observation.warnings.clone()].concat()
-            }
-            Self::Published(_) => vec![],
-        }
-    }
-
-    /// The published statements, if there is no waveform.
-    pub(crate) fn features(&self) -> Option<&MeasuredFeatures> {
-        match self {
-            Self::Record(_) => None,
-            Self::Published(measured) => Some(measured),
-        }
-    }
-
-    pub fn noun(&self) -> &'static str {
-        match self {
-            Self::Record(_) => "record",
-            Self::Published(_) => "published",
-        }
+        [self.record.warnings.clone(), self.observation.warnings.clone()].concat()
     }
 }
 
@@ -292,9 +220,7 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let measured = |path: &Path| {
             let read = (Measurand::Velocity, FeatureSet::Full);
-            let read = Measured::read(path, read, &ReadOptions::default(), (&scene, None), &mut Vec::new());
-            let Measured::Record(measured) = read.unwrap() else { panic!("a record") };
-            measured
+            Measured::read(path, read, &ReadOptions::default(), (&scene, None), &mut Vec::new()).unwrap()
         };
         let (own, fast) = (measured(&shipped), measured(&path));
         assert!(fast.record.series.len() > 100_000 && fast.recording.signal.len() < 20_000);
@@ -318,8 +244,7 @@ mod tests {
             let mut assumptions = Vec::new();
             let compared = (Measurand::Velocity, FeatureSet::Full);
             let read = Measured::read(path, compared, &ReadOptions::default(), (&scene, None), &mut assumptions);
-            let Measured::Record(measured) = read.unwrap() else { panic!("a record") };
-            (measured, assumptions)
+            (read.unwrap(), assumptions)
         };
         let (short, assumed) = measured(&shipped);
         assert!(!assumed.iter().any(|text| text.contains("is left out")), "{assumed:?}");

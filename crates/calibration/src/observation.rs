@@ -4,10 +4,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{
-    comparison::{Comparison, Reduction},
-    posterior::POWER,
-};
+use super::{comparison::Comparison, posterior::POWER};
 use granchain_model::scene::Drive;
 use granchain_record::{Record, RecordKind};
 use granchain_signal::{
@@ -197,7 +194,7 @@ fn rounding(record: &Record) -> f64 {
 
 impl Recording {
     /// From a bead's or hydrophone's record; for `begins_late` see the field.
-    pub(crate) fn of(record: &Record, begins_late: bool) -> Self {
+    pub fn of(record: &Record, begins_late: bool) -> Self {
         let measurand = match record.kind {
             RecordKind::Hydrophone => Measurand::Pressure,
             RecordKind::HornTip | RecordKind::Vibrometer => Measurand::Velocity,
@@ -424,7 +421,7 @@ impl Observation {
             speckle: recording.speckle,
             noise_freedom: (2.0 * cutoff * recording.quiet as f64 * signal.step).max(UNSTATED_FREEDOM),
             averages: recording.averages,
-            reduction: Reduction::Fingerprint(fingerprint.clone()),
+            fingerprint: fingerprint.clone(),
             weights: vec![1.0; features.len()],
             features,
             nuggets,

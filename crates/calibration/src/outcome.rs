@@ -48,9 +48,6 @@ pub struct CalibrationOutcome {
     /// Factor by which the 90 % intervals are widened, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub widened: Option<f64>,
-    /// Coverage counted with synthetic records of this bench, if requested.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub coverage: Option<serde_json::Value>,
     /// Mounts without a run that can be compared with the record, with the reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub excluded: BTreeMap<String, String>,
@@ -319,7 +316,7 @@ impl FittedFeature {
 /// One feature of the fit, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedFeature {
-    /// Measured or published value; absent for a published statement without a number.
+    /// Measured value.
     pub measured: Option<f64>,
     /// ln of expected over measured at the most likely point, in units of the run-to-run standard deviation; the verdict is
     /// based on it.
@@ -452,7 +449,7 @@ impl InputDigest {
 pub(crate) fn fitted_feature(fit: &Fit, index: usize, comparison: &Comparison, own: usize) -> FittedFeature {
     let (measured, unit) = (comparison.measured(own), comparison.unit(own));
     let (pull, scatter) = (fit.agreement.pulls.get(index).copied(), fit.scatter.get(index).copied());
-    let expected = || comparison.amplitude(own, comparison.features.get(own)? + pull? * scatter?);
+    let expected = || Some(comparison.amplitude(own, comparison.features.get(own)? + pull? * scatter?));
     let shift = fit.discrepancy.shift.get(index).copied().filter(|_| fit.discrepancy.pairs > 0);
     FittedFeature {
         measured,
@@ -502,12 +499,8 @@ pub(crate) fn correlations(fit: &Fit) -> BTreeMap<String, f64> {
 
 /// Failure messages and their counts; numbers in them are removed so that equal messages merge.
 pub(crate) fn failures(fit: &Fit) -> BTreeMap<String, u64> {
-    failures_of(fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()))
-}
-
-pub(crate) fn failures_of<'a>(reasons: impl Iterator<Item = &'a String>) -> BTreeMap<String, u64> {
     let mut counted = BTreeMap::new();
-    for reason in reasons {
+    for reason in fit.runs.iter().filter_map(|run| run.outcome.as_ref().err()) {
         *counted.entry(without_numbers(reason)).or_insert(0) += 1;
     }
     counted

@@ -5,7 +5,7 @@ use thiserror::Error;
 
 mod table;
 
-use self::table::{ALPHA, MODULUS, PLATE, Widening};
+use self::table::{ALPHA, MODULUS, Widening};
 pub use self::table::{PARAMETERS, Row, Shown};
 use super::observation::highest_cutoff;
 use granchain_model::{
@@ -28,10 +28,6 @@ pub enum Target {
     SupportStiffness,
     /// Young's modulus of an elastic foundation.
     SupportModulus,
-    /// The time constant of a foundation's loss.
-    SupportLoss,
-    /// The thickness of a plate on a foundation.
-    PlateThickness,
     /// The gap between the resting piston and the first bead.
     Gap,
     /// The cutoff of the recording instrument.
@@ -50,7 +46,7 @@ impl Target {
     /// Whether it is proportional to a force at a given motion (stiffness, damping, mass of the horn), so that a record determines it over the beads'
     /// mass only.
     pub fn is_force(self) -> bool {
-        !matches!(self, Self::Alpha | Self::Gap | Self::Bandwidth | Self::SupportLoss | Self::PlateThickness)
+        !matches!(self, Self::Alpha | Self::Gap | Self::Bandwidth)
     }
 }
 
@@ -117,10 +113,6 @@ pub enum ParameterError {
         "`{name}` belongs to an elastic foundation, and the scene has none: set support.kind=foundation, or leave it out of --fit"
     )]
     NoFoundation { name: &'static str },
-    #[error(
-        "`support_loss` is fitted to impulses of a striker, and the scene has none: set drive.kind=striker, or leave it out of --fit"
-    )]
-    NoStriker,
 }
 
 impl Parameter {
@@ -143,11 +135,6 @@ impl Parameter {
     /// The factor on Young's modulus of the beads, used by the diagnosis only.
     pub(crate) fn modulus(scene: &Scene) -> Option<Self> {
         Self::of_row(&MODULUS, scene).ok()
-    }
-
-    /// The thickness of a plate on the foundation, used by the diagnosis of impact records only.
-    pub(crate) fn plate(scene: &Scene) -> Option<Self> {
-        Self::of_row(&PLATE, scene).ok()
     }
 
     fn of_row(row: &Row, scene: &Scene) -> Result<Self, ParameterError> {
@@ -201,7 +188,7 @@ impl Parameter {
 
     /// Its row of the table, unless it is a damping coefficient.
     fn row(&self) -> Option<&'static Row> {
-        PARAMETERS.iter().chain([&MODULUS, &PLATE]).find(|row| row.target == self.target)
+        PARAMETERS.iter().chain([&MODULUS]).find(|row| row.target == self.target)
     }
 
     /// Which further record would determine it.
@@ -257,7 +244,7 @@ impl Parameter {
     }
 
     /// Sets `value` in a scene; the bandwidth of an instrument is not part of a scene.
-    pub(crate) fn set(&self, scene: &mut Scene, value: f64) {
+    pub fn set(&self, scene: &mut Scene, value: f64) {
         match (self.target, self.row()) {
             (Target::Damping(term) | Target::DampingBeside(term), _) => scene.damping.coefficients[term] = value,
             (_, row) => row.into_iter().for_each(|row| (row.set)(scene, value)),
@@ -315,29 +302,16 @@ mod tests {
         }
     }
 
-    fn is_of_a_foundation(name: &str) -> bool {
-        ["support_modulus", "support_loss"].contains(&name)
-    }
-
     #[test]
-    fn a_foundation_is_asked_of_scenes_that_have_one() {
-        for (scene, name, expected) in [
-            ("annulus", "support_modulus", ParameterError::NoFoundation { name: "support_modulus" }),
-            ("annulus", "support_loss", ParameterError::NoFoundation { name: "support_loss" }),
-        ] {
-            assert_eq!(Parameter::named(name, &scene::load(scene, &[]).unwrap()), Err(expected));
-        }
-        let driven = scene::load(
-            "impact",
-            &["drive.kind=sine", "drive.frequency=20kHz", "drive.amplitude=1um", "drive.cycles=5"].map(String::from),
-        );
-        assert_eq!(Parameter::named("support_loss", &driven.unwrap()), Err(ParameterError::NoStriker));
+    fn a_foundation_is_asked_of_scenes_that_have_none() {
+        let error = ParameterError::NoFoundation { name: "support_modulus" };
+        assert_eq!(Parameter::named("support_modulus", &scene::load("annulus", &[]).unwrap()), Err(error));
     }
 
     #[test]
     fn every_parameter_is_set_again_by_its_scene_key() {
         for row in PARAMETERS.iter().filter(|row| row.key != "bandwidth") {
-            let bench = if is_of_a_foundation(row.key) { "impact" } else { "annulus" };
+            let bench = if row.key == "support_modulus" { "impact" } else { "annulus" };
             let plain = scene::load(bench, &[]).unwrap();
             let (unit, low, _) = (row.bounds)(&plain).unwrap();
             let replayed = scene::load(bench, &[format!("{}={low}", (row.scene_key)(unit))]).unwrap();
@@ -358,10 +332,8 @@ mod tests {
     fn a_value_varied_is_the_value_set() {
         let sets = ["damping.kind=linear+kuwabara-kono", "chain.gaps.contact1=20nm", "support.stiffness_factor=0.8"];
         let scene = scene::load("annulus", &sets.map(String::from)).unwrap();
-        for name in Parameter::names()
-            .into_iter()
-            .filter(|name| !["damping", "bandwidth"].contains(name) && !is_of_a_foundation(name))
-        {
+        let others = ["damping", "bandwidth", "support_modulus"];
+        for name in Parameter::names().into_iter().filter(|name| !others.contains(name)) {
             let parameter = Parameter::named(name, &scene).unwrap().remove(0);
             let value = parameter.value(0.4);
             let (mut set, mut variation) = (scene.clone(), Variation::of(&scene));

@@ -52,7 +52,7 @@ use thiserror::Error;
 
 #[cfg(doc)]
 use super::drive::BESIDE;
-use super::{drive::beside, measured::is_published};
+use super::drive::beside;
 use granchain_record::{
     BenchReadings, BenchReadingsError, ReadOptions, Reading, ReadingError, RecordKind, horn_column, key_at, line_of,
     plain_message, sha256,
@@ -185,9 +185,6 @@ pub struct RecordPlan {
     /// Overrides of its scene, applied after the plan's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
-    /// Of hits of a striker, the name of the set-up of the column they belong to, where there are several.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub set_up: Option<String>,
     /// Line of the plan where it begins, from 1.
     #[serde(skip)]
     pub line: usize,
@@ -266,26 +263,22 @@ impl Plan {
             readings.iter().flatten().try_fold(options, |options, reading| reading.below(options))
         };
         let own = record.reading.as_ref();
-        let published = is_published(&record.measured);
-        let measured = match published {
-            true => request.measured,
-            false => filled(request.measured, &[own, self.reading.as_ref(), stated(kind)])?,
-        };
+        let measured = filled(request.measured, &[own, self.reading.as_ref(), stated(kind)])?;
         let drives = [&record.drive, &self.drive].map(|drive| drive.as_ref().map(|drive| &drive.reading));
         let mut drive = filled(request.drive, &drives)?;
         let horn = stated(RecordKind::HornTip);
         let planned = record.drive.as_ref().or(self.drive.as_ref()).and_then(|drive| drive.file.clone());
-        let own_file = || Some((record.measured.clone(), NamedBy::Channel)).filter(|_| !published);
+        let own_file = || (record.measured.clone(), NamedBy::Channel);
         let mut named = request.drive_file.map(|file| (file, NamedBy::Flag));
         named = named.or_else(|| planned.map(|file| (file, NamedBy::Plan)));
         // A channel that is named without a file is one of the record's own.
-        named = named.or_else(|| own_file().filter(|_| drive.column.is_some()));
+        named = named.or_else(|| drive.column.is_some().then(own_file));
         named = named.or_else(|| beside(&record.measured).map(|file| (file, NamedBy::Folder)));
-        if named.is_none() && !published {
+        if named.is_none() {
             let stated = horn.and_then(|horn| horn.channel.clone());
             if let Some(channel) = stated.or_else(|| horn_column(&record.measured, &measured)) {
                 drive.column = Some(channel);
-                named = own_file();
+                named = Some(own_file());
             }
         }
         let Some((file, by)) = named else { return Ok(ReadAs { measured, drive: None }) };

@@ -9,8 +9,7 @@ use super::{frame::Frame, likelihood::TrainingRuns, parameter::reflect};
 /// Tempering exponent β of the synthetic likelihood. The run-to-run scatter understates the error of a regression over
 /// 40 neighbours, so β < 1. It was tuned for 90 % coverage of synthetic records: of 80 records of this program (seed
 /// 11), β of 0.4, 0.5, 0.6 covered 77, 72, 69 (α) and 76, 73, 66 (damping); with 0.5, of 47 records under laboratory
-/// conditions (seed 7) 43 (α) and 37 (damping) were covered. Tune again when the features change; published features
-/// have their own ([`super::printed::POWER`]).
+/// conditions (seed 7) 43 (α) and 37 (damping) were covered. Tune again when the features change.
 pub(crate) const POWER: f64 = 0.4;
 
 /// Cells a side in one, two, three … dimensions: 17 000 evaluations of the likelihood at most.

@@ -20,7 +20,7 @@ use super::{
     fit::Fit,
     ladder::SavedFit,
     likelihood::misfit,
-    measured::{Measured, is_published},
+    measured::Measured,
     multi_record::{TESTED_TOGETHER, at_one_frequency},
     parameter::{Parameter, ParameterError},
     plan::{Likelihood, Plan, ReadAs, ReadRequest, RecordPlan},
@@ -107,26 +107,22 @@ impl Plan {
 
     /// Checks that need no record.
     fn check(&self, planned: &[RecordedRunPlan]) -> Result<(), Refusal> {
-        let Some(lead) = planned.first() else { return Err(Contradiction::NoRecord.into()) };
+        if planned.is_empty() {
+            return Err(Contradiction::NoRecord.into());
+        }
         let pressure = self.quantity == Some(Measurand::Pressure);
-        let published = planned.iter().map(|recorded_run| recorded_run.source.path()).find(|path| is_published(path));
+        let published = |path: &&Path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
         let fitted = self.fitted();
         let unknown = |name: &&String| !Parameter::names().contains(&name.as_str());
         let fits = |name: &str| fitted.iter().any(|fitted| fitted == name);
-        let wrong = if planned.len() > 1 && pressure {
+        let wrong = if let Some(path) = planned.iter().map(|recorded_run| recorded_run.source.path()).find(published) {
+            Some(Contradiction::Published { path: path.into() })
+        } else if planned.len() > 1 && pressure {
             Some(Contradiction::SeveralPressures)
-        } else if let (Some(path), true) = (published, planned.len() > 1) {
-            Some(Contradiction::SeveralPublished { path: path.into() })
-        } else if published.is_some() && pressure {
-            Some(Contradiction::PublishedPressure)
         } else if pressure && self.features == Some(FeatureSet::Paper) {
             Some(Contradiction::PaperPressure)
         } else if let Some(found) = self.widen.filter(|factor| !WIDEN_RANGE.contains(factor)) {
             Some(Contradiction::Widen { found })
-        } else if published.is_some() && self.features.is_some() {
-            Some(Contradiction::PublishedSet)
-        } else if published.is_some() && !lead.is_read_as_stated() {
-            Some(Contradiction::PublishedReading)
         } else if let Some(name) = fitted.iter().find(unknown) {
             Some(Contradiction::Parameter { name: name.clone() })
         } else if fits("gap") && fits("precompression") {

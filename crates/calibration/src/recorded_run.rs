@@ -6,14 +6,8 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    bench::Bench,
-    comparison::Comparison,
-    forward::Uncertainty,
-    measured::{Measured, is_published},
-    multi_record::StatedFrequency,
-    outcome::MaskedStretch,
-    plan::Plan,
-    refusal::Refusal,
+    bench::Bench, comparison::Comparison, forward::Uncertainty, measured::Measured, multi_record::StatedFrequency,
+    outcome::MaskedStretch, plan::Plan, refusal::Refusal,
 };
 use granchain_model::scene::Scene;
 use granchain_record::{ReadOptions, Record, drive_frequency_line, read_head};
@@ -25,7 +19,7 @@ const STEMS: [&str; 2] = ["vib", "hydrophone"];
 /// A measurement, to be read or already read.
 #[derive(Debug, Clone)]
 pub enum Source {
-    /// File of a record or of published features, with its reading options.
+    /// File of a record, with its reading options.
     File(PathBuf, Box<ReadOptions>),
     /// A record that has been read, with its options.
     Record(Box<Record>, Box<ReadOptions>),
@@ -70,9 +64,10 @@ pub struct RecordedRun {
 impl RecordedRun {
     /// Masked samples of its record and of its drive record.
     pub(crate) fn masked(&self) -> Vec<MaskedStretch> {
-        let record = self.measured.record().map(|record| MaskedStretch::of(&record.path, &record.masked));
+        let record = &self.measured.record;
+        let record = MaskedStretch::of(&record.path, &record.masked);
         let drive = self.bench.drive.as_ref().map(|drive| MaskedStretch::of(&drive.input.path, &drive.masked));
-        [record, drive].into_iter().flatten().flatten().collect()
+        record.into_iter().chain(drive.into_iter().flatten()).collect()
     }
 }
 
@@ -97,7 +92,7 @@ impl RecordedRunPlan {
             }
             Source::Record(record, _) => Measured::of((**record).clone(), set, driven, assumptions)?,
         };
-        let comparison = measured.comparison().weighted(&plan.weights)?;
+        let comparison = measured.comparison().clone().weighted(&plan.weights)?;
         Ok((measured, comparison))
     }
 
@@ -120,13 +115,8 @@ impl RecordedRunPlan {
     /// Drive frequency that the record itself states, if any.
     pub(super) fn stated(&self) -> Option<StatedFrequency> {
         let path = self.source.path();
-        let (line, frequency) = line_of(path).filter(|_| !is_published(path))?;
+        let (line, frequency) = line_of(path)?;
         Some(StatedFrequency { path: path.into(), line: Some(line), frequency })
-    }
-
-    /// Whether there are no reading options for its file.
-    pub(super) fn is_read_as_stated(&self) -> bool {
-        matches!(&self.source, Source::File(_, options) if **options == ReadOptions::default())
     }
 }
 

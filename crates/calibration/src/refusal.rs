@@ -12,15 +12,14 @@ use super::{
     multi_record::JointError,
     observation::ObservationError,
     parameter::{Parameter, ParameterError},
-    printed::PublishedMismatch,
     search::EVALUATION_RANGE,
 };
 use granchain_model::{
     ModelError,
     scene::{DampingKind, SceneError},
 };
-use granchain_record::{MeasurementError, PublishedError};
-use granchain_signal::{QuantityError, feature::FeatureError};
+use granchain_record::MeasurementError;
+use granchain_signal::QuantityError;
 
 /// Contradictions in the request, or between request and scene; the data are not at fault.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -51,20 +50,12 @@ pub enum Contradiction {
     NothingFitted,
     #[error("records of a pressure are fitted one by one: name one hydrophone's record with --measured")]
     SeveralPressures,
-    #[error(
-        "{}: published features are fitted by themselves; name records (CSV) where several are fitted together", path.display()
-    )]
-    SeveralPublished { path: PathBuf },
-    #[error("--quantity pressure needs a hydrophone's record (CSV): published features are of the velocity only")]
-    PublishedPressure,
+    #[error("{}: fits to published values are in the reproduction (crates beside the program: reproduction/README.md); name a record", path.display())]
+    Published { path: PathBuf },
     #[error(
         "the features `paper` are those that the source paper compares of a velocity; leave `features` of the plan out for a pressure"
     )]
     PaperPressure,
-    #[error("`features` would do nothing: a file of published features says itself what is compared")]
-    PublishedSet,
-    #[error("flags on how a record is read would do nothing: published features are no record")]
-    PublishedReading,
     #[error("--quantity pressure: the scene `{scene}` has {}", if *disc {
         "a vacuum behind its disc; leave `water.medium = \"none\"` out"
     } else {
@@ -92,8 +83,6 @@ pub enum Contradiction {
     UpperBeforeDisc { model: &'static str },
     #[error("[uncertainty]: unknown `{name}`; choose from: {}", Uncertainty::default().named().map(|(name, ..)| name).join(", "))]
     Uncertainty { name: String },
-    #[error("uncertainty of `{name}`: with a striker expected one of drive (its velocity), modulus")]
-    StrikerUncertainty { name: String },
 }
 
 /// Why a problem is invalid or has no answer.
@@ -129,12 +118,6 @@ pub enum Refusal {
     Bench(#[from] BenchError),
     #[error(transparent)]
     Measurement(#[from] MeasurementError),
-    #[error(transparent)]
-    Published(#[from] PublishedError),
-    #[error("the burst cannot be located in the drive; check the horn's record and --drive-frequency")]
-    NoWindow(#[source] FeatureError),
-    #[error("{}", path.display())]
-    Mismatch { path: PathBuf, source: PublishedMismatch },
     #[error("{}: the record cannot be fitted", path.display())]
     Observation { path: PathBuf, source: ObservationError },
     #[error(

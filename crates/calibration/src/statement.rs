@@ -10,11 +10,9 @@ use super::{
     multi_record::Share,
     outcome::FitOutcome,
     parameter::Parameter,
-    printed::PublishedComparison,
     waveform::WaveformFit,
 };
 use granchain_model::scene::Scene;
-use granchain_record::Statement;
 use granchain_signal::number::engineering;
 
 /// |correlation| from which two parameters are called strongly correlated.
@@ -370,40 +368,6 @@ fn drift(levels: &[[f64; 2]], labels: &[String]) -> Vec<String> {
             format!("{label} stands apart: its level is {:+.2} % from that of all shots.", 100.0 * level.exp_m1())
         })
         .collect()
-}
-
-/// Expected deviation, in scatters, from which a one-sided statement counts as missed.
-const MISSED: f64 = 1.0;
-
-/// Further statements on published features: whether they test the model, and which one-sided ones hold.
-pub(crate) fn printed(fit: &Fit, printed: &PublishedComparison) -> Vec<String> {
-    let mut sentences = Vec::new();
-    let (one_sided, values): (Vec<_>, Vec<_>) =
-        printed.statements.iter().enumerate().partition(|(_, it)| !matches!(it.statement, Statement::Value { .. }));
-    let (numbers, free) = (values.len(), fit.parameters.len());
-    if numbers <= free {
-        sentences.push(format!(
-            "{numbers} printed number{} for {free} fitted parameter{}: meeting them is no test of the model. A waveform would be.",
-            if numbers == 1 { "" } else { "s" },
-            if free == 1 { "" } else { "s" },
-        ));
-    }
-    let deviation = |index: usize| fit.deviations.get(index).copied().unwrap_or(0.0).abs();
-    let (missed, held): (Vec<_>, Vec<_>) = one_sided.into_iter().partition(|(index, _)| deviation(*index) > MISSED);
-    if !missed.is_empty() {
-        let each: Vec<String> = missed
-            .iter()
-            .map(|(index, statement)| {
-                format!("{} (by {:.1} standard deviations of a run)", statement.name, deviation(*index))
-            })
-            .collect();
-        sentences.push(format!("The fitted response does not show what is printed of {}.", each.join(", ")));
-    }
-    if !held.is_empty() {
-        let names: Vec<&str> = held.iter().map(|(_, statement)| statement.name.as_str()).collect();
-        sentences.push(format!("The fitted response agrees with what is printed of {}.", names.join(", ")));
-    }
-    sentences
 }
 
 fn percent(low: f64, high: f64) -> String {

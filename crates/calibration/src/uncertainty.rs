@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::{
     drive::RecordedDrive,
     forward::Uncertainty,
-    impact::run::Unknown,
     parameter::Parameter,
     plan::Number,
     refusal::{Contradiction, Refusal},
@@ -80,17 +79,6 @@ impl StatedUncertainty {
         }
         Ok(drawn)
     }
-}
-
-/// What is stated of a bench with a striker: `drive`, the standard deviation of its velocity, and `modulus`; others keep their defaults.
-pub fn striker(stated: &BTreeMap<String, Number>) -> Result<Unknown, Refusal> {
-    if let Some(name) = stated.keys().find(|name| !["drive", "modulus"].contains(&name.as_str())) {
-        return Err(Contradiction::StrikerUncertainty { name: name.clone() }.into());
-    }
-    let StatedUncertainty(stated) = StatedUncertainty::new(stated)?;
-    let usual = Unknown::default();
-    let or = |name: &str, usual: f64| stated.get(name).copied().unwrap_or(usual);
-    Ok(Unknown { velocity: or("drive", usual.velocity), modulus: or("modulus", usual.modulus) })
 }
 
 /// Description of the drawn uncertainties; fitted parameters are not drawn.

@@ -27,7 +27,6 @@ impl Estimate {
     ///   1000 of a disc and its water
     /// - the adaptive integrator of the chain chooses its steps: one an output sample is counted here, and how many its contacts need when they are
     ///   known
-    /// - bodies of mesh files are counted as those made here
     ///
     /// ```
     /// use granchain_model::{Estimate, scene};
@@ -130,7 +129,6 @@ mod tests {
         let cases = [
             (scene("rigid", "fea", &["model.step=1e-15"]), work),
             (scene("rigid", "reduced", &["model.step=1e-15"]), work),
-            (scene("rigid", "chain", &["model.integrator=symplectic", "model.step=1e-15"]), work),
             (scene("water", "chain", &["model.step=1e-12"]), work),
             (scene("rigid", "chain", &["chain.beads=1000", "duration=1s"]), memory),
             (scene("annulus", "reduced", &["model.mesh_density=128", "chain.beads=1000", "duration=20ms"]), memory),

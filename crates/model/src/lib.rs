@@ -77,15 +77,10 @@ pub enum ModelError {
     )]
     StepUnderflow { time: f64, step: f64, contact: usize, tolerance: f64 },
     #[error(
-        "a fixed step of {step:.3e} s is too long: {residual_j:.3e} J of at most {largest_j:.3e} J are unaccounted for; \
-         shorten `model.step` or use the adaptive integrator"
-    )]
-    EnergyNotConserved { step: f64, residual_j: f64, largest_j: f64 },
-    #[error(
         "energy balance: expected at most 10 % of the largest energy unaccounted for, found {residual_j:.3e} J of {largest_j:.3e} J; shorten \
          `model.step` or lower `model.tolerance`, and refine the mesh"
     )]
-    EnergySums { residual_j: f64, largest_j: f64 },
+    EnergyUnbalanced { residual_j: f64, largest_j: f64 },
     #[error(
         "the run is estimated at {work:.1e} unknowns × steps, above the limit of {limit:.0e}; shorten `duration`, lengthen the step, take fewer \
          beads or runs, or lift the limits with --no-limits (in a program, `Scene::with_limits`)"
@@ -119,7 +114,7 @@ pub enum ModelError {
 
 pub fn check_energy(energy: &response::EnergyBalance) -> Result<(), ModelError> {
     if energy.is_broken() {
-        return Err(ModelError::EnergySums { residual_j: energy.residual_j, largest_j: energy.largest_j });
+        return Err(ModelError::EnergyUnbalanced { residual_j: energy.residual_j, largest_j: energy.largest_j });
     }
     Ok(())
 }

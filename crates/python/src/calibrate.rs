@@ -9,7 +9,7 @@ use granchain::{
         calibrate::{
             Arguments, InMemory, Job, RESULTS,
             files::{Files, Stop},
-            impact, prepare,
+            prepare,
         },
         output::OutputFolder,
         timing::{self, Timing},
@@ -29,8 +29,8 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 #[pyclass(frozen, module = "granchain._granchain")]
 struct Calibration {
-    /// None of hits of a striker.
-    driven: Option<(Job, Fitted)>,
+    job: Job,
+    fitted: Fitted,
     files: Vec<(PathBuf, Vec<u8>)>,
     timing: Vec<u8>,
 }
@@ -46,14 +46,9 @@ fn rows<'py>(py: Python<'py>, rows: &[Vec<f64>]) -> PyResult<Points<'py>> {
 }
 
 impl Calibration {
-    fn driven(&self) -> PyResult<&(Job, Fitted)> {
-        let of_hits = "hits of a striker have no posterior on a grid: their runs are in file(\"runs.csv\")";
-        self.driven.as_ref().ok_or_else(|| raised(usage(of_hits.to_owned())))
-    }
-
     /// The fit of a law by its place among `laws` of `calibration.json`, or, below it, that of the chain.
     fn fit(&self, law: usize, below: bool) -> PyResult<&Fit> {
-        let ranked = self.driven()?.1.ranked();
+        let ranked = self.fitted.ranked();
         let fit = ranked.get(law).map(|candidate| &candidate.fit);
         let fit = if below { fit.and_then(|fit| fit.below.as_ref()).map(|below| &below.fit) } else { fit };
         fit.ok_or_else(|| PyIndexError::new_err("there is no such fit"))
@@ -122,7 +117,7 @@ impl Calibration {
     /// Parameters of every run, SI, its misfit (NaN of a failed one), and why it failed.
     fn runs<'py>(&self, py: Python<'py>, law: usize, below: bool) -> PyResult<Runs<'py>> {
         let fit = self.fit(law, below)?;
-        let misfits = self.driven()?.0.problem.misfits(fit).into_iter().map(|misfit| misfit.unwrap_or(f64::NAN));
+        let misfits = self.job.problem.misfits(fit).into_iter().map(|misfit| misfit.unwrap_or(f64::NAN));
         let points: Vec<_> = fit.runs.iter().map(|run| values(fit, &run.position)).collect();
         let failed = fit.runs.iter().map(|run| run.outcome.as_ref().err().cloned()).collect();
         Ok((rows(py, &points)?, misfits.collect::<Vec<_>>().into_pyarray(py), failed))
@@ -167,11 +162,6 @@ fn calibrate(
     let done = attend(py, progress.as_ref(), move |attendance| {
         let mut timing = Timing::start();
         let session = arguments.session.clone();
-        if let Some(job) = impact::prepare(&arguments, &flags, &in_memory)? {
-            timing.stage("read");
-            let (_, files) = impact::made(&job, &|| attendance.stops(), &mut timing)?;
-            return anyhow::Ok(Calibration { driven: None, files, timing: timing.to_json() });
-        }
         let job = prepare(arguments, flags, &in_memory)?;
         timing.stage("read");
         let bodies = job.problem.bodies(session.cache().as_ref()).map_err(Refusal::from)?;
@@ -183,7 +173,7 @@ fn calibrate(
         let attending = attendance.clone();
         let stop = Stop(Arc::new(move || attending.stops()));
         let Files { files, .. } = Files::of(&job, &fitted, &session, &mut timing, &stop)?;
-        anyhow::Ok(Calibration { driven: Some((job, fitted)), files, timing: timing.to_json() })
+        anyhow::Ok(Calibration { job, fitted, files, timing: timing.to_json() })
     });
     done?.map_err(raised)
 }

@@ -4,7 +4,7 @@ use granchain::{
     calibration::{bench::BenchError, refusal::Refusal},
     cli::{self, arguments::UsageError as OfUsage},
     feature::FeatureError as OfFeature,
-    measurement::{BenchReadingsError, MeasurementError, PublishedError},
+    measurement::{BenchReadingsError, MeasurementError},
     model::ModelError,
     scene::SceneError as OfScene,
     study::{grid::GridError, sweep::SweepError},
@@ -36,7 +36,7 @@ type Class = fn(String) -> PyErr;
 
 /// The stage at which something went wrong.
 fn class(error: &(dyn std::error::Error + 'static)) -> Option<Class> {
-    if error.is::<MeasurementError>() || error.is::<BenchReadingsError>() || error.is::<PublishedError>() {
+    if error.is::<MeasurementError>() || error.is::<BenchReadingsError>() {
         return Some(RecordError::new_err);
     }
     if error.is::<OfScene>() || error.is::<cli::calibrate::SceneOfPlan>() {
@@ -55,9 +55,7 @@ fn class(error: &(dyn std::error::Error + 'static)) -> Option<Class> {
         return Some(SimulationError::new_err);
     }
     match error.downcast_ref::<Refusal>() {
-        Some(Refusal::Measurement(_) | Refusal::Published(_) | Refusal::Bench(BenchError::Drive(_))) => {
-            Some(RecordError::new_err)
-        }
+        Some(Refusal::Measurement(_) | Refusal::Bench(BenchError::Drive(_))) => Some(RecordError::new_err),
         Some(Refusal::Bench(BenchError::Scene(_))) => Some(SceneError::new_err),
         Some(Refusal::Model(_)) => Some(SimulationError::new_err),
         Some(_) => Some(CalibrationError::new_err),

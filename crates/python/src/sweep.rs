@@ -6,7 +6,6 @@ use granchain::{
     cli::{self, sweep_table::SweepTable},
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
-        published::published,
         sweep::{Watch, sweep as run_all},
     },
 };
@@ -57,8 +56,7 @@ fn sweep(
         let build = |overrides: &[String]| bench.scene_with(overrides);
         let (bodies, log) = (Bodies::new(cache(cache_folder)), place.path().join("runs.jsonl"));
         let runs = run_all(&grid, &build, &bodies, plan.as_ref(), &log, &Points(attendance, grid.len() as u64))?;
-        let (published, ensemble) = (published(&base), plan.is_some());
-        let table = SweepTable::new(&base, &grid, &runs, published, ensemble)?;
+        let table = SweepTable::new(&base, &grid, &runs, plan.is_some())?;
         let mut csv = Vec::new();
         table.csv(&mut csv)?;
         anyhow::Ok((String::from_utf8(csv)?, serde_json::to_string(&table.json(&bench, None, seed)?)?))

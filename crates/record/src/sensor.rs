@@ -2,10 +2,7 @@
 //!
 //! No drive, no line and no period is looked for: the record is of impulses.
 
-use std::{
-    io::Read as _,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use granchain_signal::{Dimension, Series, sha256};
 
@@ -14,7 +11,7 @@ use super::{
     column::{Column, is_counter},
     encoding,
     notes::Notes,
-    read::{read_file, read_head},
+    read::read_file,
     sampling, table, time_column,
 };
 
@@ -73,24 +70,6 @@ fn columns_of(path: &Path, head: &[u8], options: &ReadOptions) -> Result<Vec<Col
     }
     let end = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r')).map_or(head.len(), |end| end + 1);
     table::columns(path, &head[..end], options)
-}
-
-/// Header of the column of a force sensor that a table names, by a force's unit or by a sensor's name; `None` if it names none, or motion or
-/// pressure besides.
-#[must_use]
-pub fn sensor_column(path: &Path, options: &ReadOptions) -> Option<String> {
-    let (mut head, mut rest) = read_head(path).ok()?;
-    if binary::is_binary(path, &head) {
-        rest.read_to_end(&mut head).ok()?;
-    }
-    let columns = columns_of(path, &head, options).ok()?;
-    let other = [Dimension::VELOCITY, Dimension::LENGTH, Dimension::PRESSURE];
-    if columns.iter().any(|column| column.dimension().is_some_and(|it| other.contains(&it))) {
-        return None;
-    }
-    let sensor = |column: &&Column| is_named(column) || column.dimension() == Some(Dimension::FORCE);
-    let found: Vec<&str> = columns.iter().filter(sensor).map(|it| it.header.as_str()).collect();
-    (found.len() == 1 || is_of_cells(&found)).then(|| found[0].to_owned())
 }
 
 /// Read the trace of a force sensor as it stands in the file: its gain, and so its unit, is of no account. Of a cell array every cell is one.
@@ -210,7 +189,6 @@ mod tests {
         let columns: Vec<&str> = hits.iter().map(|hit| hit.column.as_str()).collect();
         assert_eq!(columns, ["hits{1}", "hits{2}", "hits{3}"]);
         assert!((hits[2].series.step - 2e-5).abs() < 1e-12 && hits[2].series.values[5] == 75.0);
-        assert_eq!(sensor_column(&path, &ReadOptions::default()), None);
     }
 
     /// A MATLAB file of a rate and so many cells of 50 samples, k i² in cell k: elements of a type, a length and data.

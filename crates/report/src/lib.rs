@@ -4,10 +4,11 @@
 //! replay, a sweep, a set of synthetic records or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
+pub mod accuracy;
 pub mod calibration;
+pub mod design;
 pub mod figure;
 pub mod hydrophone;
-pub mod impact;
 pub mod interface;
 pub mod mesh;
 pub mod motion;

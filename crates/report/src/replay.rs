@@ -52,7 +52,7 @@ impl ReplayReport<'_> {
     fn page(self) -> Result<Page, ReportError> {
         let Self { response, seen, features, .. } = self;
         let drive_frequency = features.map_or(self.drive_frequency, |features| features.drive_frequency_hz);
-        let traces = Plate::new("response", response_figure(response, seen)).playable(drive_frequency);
+        let traces = Plate::new("response", response_figure(response, seen));
         let chain = chain_figure(response, drive_frequency).map(|figure| Plate::new("chain", figure));
         let mut blocks =
             vec![Block::Facts(self.facts), Block::Plates(vec![traces]), Block::Heading("The chain".into())];

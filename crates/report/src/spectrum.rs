@@ -123,7 +123,7 @@ impl SpectrumPage<'_> {
         let Self { file, quantity, series, spectrum, features, .. } = self;
         let (_, unit, factor) = shown(&features.unit);
         let plates = vec![
-            Plate::new("trace", trace_figure(series, features, quantity)).playable(features.drive_frequency_hz),
+            Plate::new("trace", trace_figure(series, features, quantity)),
             Plate::new("spectrum", figure(spectrum, features)),
         ];
         let mut blocks =

@@ -16,10 +16,6 @@ pub struct SweepReport {
     pub unit: String,
     /// The curves; those of one group share a panel.
     pub curves: Vec<SweepCurve>,
-    /// What the references are, such as `recorded` or `published`.
-    pub reference_name: String,
-    /// A value of the swept key worth a mark, such as the fitted one, and its name.
-    pub marked: Option<(f64, String)>,
 }
 
 /// One watched number along the sweep, SI.
@@ -33,8 +29,6 @@ pub struct SweepCurve {
     pub unit: String,
     /// The points, in the order of the sweep; a failed or unmeasured one is left out.
     pub points: Vec<SweepPoint>,
-    /// The recorded or published value, drawn as a horizontal line.
-    pub reference: Option<f64>,
 }
 
 /// One point of a curve, SI.
@@ -86,9 +80,9 @@ pub(crate) fn shown_unit(unit: &str) -> (f64, &str) {
     }
 }
 
-/// One panel a group of curves: points with their scatter joined by a line, references dashed in the curve's colour.
+/// One panel a group of curves: points with their scatter joined by a line.
 #[must_use]
-pub(crate) fn sweep_figure(report: &SweepReport) -> Figure {
+fn sweep_figure(report: &SweepReport) -> Figure {
     let mut groups: Vec<&str> = Vec::new();
     for curve in report.curves.iter().filter(|curve| !curve.points.is_empty()) {
         if !groups.contains(&curve.group.as_str()) {
@@ -130,17 +124,8 @@ fn panel(report: &SweepReport, group: &str) -> Panel {
     let (swept_factor, swept_unit) = shown_unit(&report.unit);
     let x = Axis::new(capitalised(&report.name), swept_unit).times(swept_factor);
     let mut panel = Panel::new(x, Axis::new(group, unit).times(factor));
-    if let Some((at, name)) = &report.marked {
-        panel = panel.mark_x(*at, name.clone());
-    }
-    let mut referenced = false;
     for (index, curve) in curves.iter().enumerate() {
         let colour = Colour::CYCLE[(index + 1) % Colour::CYCLE.len()];
-        if let Some(reference) = curve.reference {
-            let label = if referenced { "" } else { report.reference_name.as_str() };
-            referenced = true;
-            panel = panel.mark_y(reference, label, Stroke::new(colour).dash(Dash::Dotted));
-        }
         let line = curve.points.iter().map(|point| (point.at, point.value)).collect();
         let dash = DASHES[index % DASHES.len()];
         panel = panel.layer(Layer::Line {

@@ -21,6 +21,7 @@ use std::{ops::Range, sync::OnceLock};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::published::{MEASURED, Peaks};
 use crate::{
     decoder::Decoder,
     instrument::{Instrument, spreads},
@@ -38,7 +39,6 @@ use granchain_calibration::predict::{
     Bodies,
     ensemble::{EnsemblePlan, Moments, Spread},
     observation,
-    published::{MEASURED, Peaks},
     replicates::Watch,
 };
 use granchain_model::scene::Scene;

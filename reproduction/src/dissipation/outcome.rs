@@ -1,11 +1,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Candidate, DissipationPlan};
-use crate::paper::allowance;
-use granchain_calibration::predict::{
-    ensemble::{Moments, Spread},
-    published::Peaks,
-};
+use crate::{paper::allowance, published::Peaks};
+use granchain_calibration::predict::ensemble::{Moments, Spread};
 
 /// A point of a grid as it was run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

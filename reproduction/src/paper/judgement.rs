@@ -16,11 +16,11 @@ use super::{
     LAWS, LawOutcome, PaperOutcome, SweepPoint, moment,
     statements::{Claim, PEAK_HALF_DIGIT, STATEMENTS, SWEPT_ALPHAS, Statement, Subject},
 };
-use crate::portrait::{IMPULSIVE_CREST, Trait};
-use granchain_calibration::predict::{
-    ensemble::Spread,
+use crate::{
+    portrait::{IMPULSIVE_CREST, Trait},
     published::{KUWABARA_KONO, MEASURED},
 };
+use granchain_calibration::predict::ensemble::Spread;
 use granchain_signal::feature::Ratio;
 
 /// What came of a statement.

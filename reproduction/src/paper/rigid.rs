@@ -8,8 +8,10 @@ use granchain_model::{
     ModelError,
     scene::{self, ModelKind, SceneError},
 };
-use granchain_signal::Series;
-use granchain_validate::convergence::{error, moving_average};
+use granchain_signal::{
+    Series,
+    convergence::{error, moving_average},
+};
 
 /// Length of the moving average through which the last bead's velocity passes on all models, s: finite bodies ring.
 pub(crate) const FILTER: f64 = 4e-7;

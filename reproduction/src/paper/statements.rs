@@ -2,7 +2,7 @@
 //!
 //! The one place where they are written in code. The paper prints no line amplitudes and no length of the burst. The words are ours.
 
-use granchain_calibration::predict::published::{KUWABARA_KONO, LINEAR, MEASURED};
+use crate::published::{KUWABARA_KONO, LINEAR, MEASURED};
 use granchain_signal::feature::Ratio;
 use serde::Serialize;
 

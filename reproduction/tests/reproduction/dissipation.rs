@@ -4,13 +4,13 @@ use std::{fs, process::Command};
 
 use granchain_calibration::predict::Bodies;
 use granchain_calibration::predict::observation;
-use granchain_calibration::predict::published::Peaks;
 use granchain_calibration::predict::replicates::Unwatched;
 use granchain_reproduction::dissipation::{
     BASES, Candidate, DissipationOutcome, DissipationPlan, EFFECTS, Effect, NOTHING, Study,
 };
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::dissipation::DissipationReport;
+use granchain_reproduction::published::Peaks;
 
 fn by_key(key: &str) -> Effect {
     *EFFECTS.iter().find(|effect| effect.key == key).unwrap()

@@ -6,13 +6,13 @@ use granchain::feature::{AmplitudeSpectrum, Ratio};
 use granchain::signal::Series;
 use granchain_calibration::predict::Bodies;
 use granchain_calibration::predict::ensemble::Moments;
-use granchain_calibration::predict::published::MEASURED;
 use granchain_calibration::predict::replicates::Unwatched;
 use granchain_reproduction::divided::Divided;
 use granchain_reproduction::page::paper::{PaperReport, Reconstruction};
 use granchain_reproduction::paper::statements::{Claim, STATEMENTS};
 use granchain_reproduction::paper::{Judgement, LAWS, PaperOutcome, PaperPlan, READINGS, Study, Verdict, judge};
 use granchain_reproduction::portrait::{PortraitMoments, Trait};
+use granchain_reproduction::published::MEASURED;
 
 fn outcome_on(threads: usize) -> PaperOutcome {
     let plan =

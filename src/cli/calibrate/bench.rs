@@ -10,7 +10,7 @@ use crate::{
         calibration::{BenchReport, BenchRow, DrawnSupport},
         number::{engineering, significant},
     },
-    scene::{ContactLaw, FlatContact, Material, Rim, Scene, Support},
+    scene::{ContactLaw, FlatContact, Material, Rim, Scene, Support, simulated},
 };
 
 /// The bench of the first record.
@@ -55,7 +55,7 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
     };
     let force = engineering(scene.chain.precompression, "N", 3);
     let mut rows = vec![
-        row("beads", beads(scene), &["chain.beads", "chain.radius", "chain.override", "chain.mesh"], &[]),
+        row("beads", beads(scene), &["chain.beads", "chain.radius", "chain.override"], &[]),
         row("bead material", material(&scene.chain.beads[0].material), &["chain.material", "materials"], &[]),
         row("piston's face", piston, &["piston"], &[]),
         row("support", support(scene), &["support", "disc", "water"], &["support_stiffness"]),
@@ -88,6 +88,8 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
         None => row("drive", drive, &["drive", "alpha"], &["alpha"]),
     });
     rows.push(row("model", summary::model(scene), &["model"], &[]));
+    let effects = simulated(scene).replacen("Effects simulated: ", "", 1);
+    rows.push(BenchRow { part: "effects simulated".into(), value: effects, origin: "the scene's keys".into() });
     BenchReport {
         rows,
         radii: scene.chain.beads.iter().map(|bead| bead.radius).collect(),
@@ -164,7 +166,6 @@ fn support(scene: &Scene) -> String {
             material(&shape.material),
             if scene.water.is_some() { "water behind it" } else { "vacuum behind it" }
         ),
-        Support::Body { mesh, material: of, .. } => format!("body {}; {}", mesh.path.display(), material(of)),
     }
 }
 
@@ -178,9 +179,7 @@ fn drawn(scene: &Scene) -> DrawnSupport {
             let water = scene.water.is_some();
             DrawnSupport::Disc { radius: shape.radius, thickness: shape.thickness, water }
         }
-        Support::Flat(_) | Support::Spring { .. } | Support::Foundation { .. } | Support::Body { .. } => {
-            DrawnSupport::Flat
-        }
+        Support::Flat(_) | Support::Spring { .. } | Support::Foundation { .. } => DrawnSupport::Flat,
     }
 }
 

@@ -29,8 +29,8 @@ pub struct InMemory {
     pub drives: Vec<Option<Vec<u8>>>,
 }
 
-/// A problem, the plan that flags and file make, and the files of the plan by role.
-pub type Defined = (Problem, Plan, Vec<(&'static str, Input)>);
+/// A problem, and the files of the plan by role.
+pub type Defined = (Problem, Vec<(&'static str, Input)>);
 
 /// Read and check everything that the arguments name; the plan file too, where there is one.
 pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<Defined> {
@@ -56,7 +56,6 @@ pub fn problem(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<De
     assumptions.append(&mut problem.assumptions);
     Ok((
         Problem { assumptions, ..problem },
-        plan,
         read.into_iter().map(|plan| ("plan", plan)).chain(bench.map(|it| ("bench", it))).collect(),
     ))
 }
@@ -124,7 +123,7 @@ pub fn refused(error: Refusal) -> anyhow::Error {
 }
 
 /// Flags in place of what the plan says.
-pub(super) fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
+fn merge(arguments: &Arguments, plan: &mut Plan) -> anyhow::Result<()> {
     let named = |names: &[String]| (!names.is_empty()).then(|| names.to_vec());
     plan.quantity = arguments.quantity.or(plan.quantity);
     plan.fit = named(&arguments.fit).or(plan.fit.take());
@@ -175,13 +174,10 @@ fn records(
     if arguments.scene.scene.is_none() && plan.scene.is_none() && named.iter().any(|record| record.scene.is_none()) {
         assumptions.push(format!("scene `{usual}`; name another with --scene"));
     }
-    if named.iter().any(|record| record.set_up.is_some()) {
-        return Err(usage("set_up of a [[record]] is of hits of a striker; leave it out"));
-    }
     let several = named.len() > 1;
     let mut records = Vec::new();
     for (number, record) in named.into_iter().enumerate() {
-        let mut scene = arguments.scene.clone();
+        let mut scene = SceneArguments { session: arguments.session.clone(), ..arguments.scene.clone() };
         let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
         scene.planned = plan.set.iter().chain(&record.set).cloned().collect();
@@ -263,7 +259,7 @@ impl InMemory {
 }
 
 /// The records as named, none of them checked.
-pub(super) fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
+fn named(arguments: &Arguments, plan: &Plan) -> anyhow::Result<Vec<RecordPlan>> {
     let of = |measured: &PathBuf| RecordPlan {
         measured: measured.clone(),
         drive: plan.drive.clone(),

@@ -2,17 +2,13 @@
 
 use std::sync::Arc;
 
-use super::{Job, alpha_sweep::AlphaSweep, ended, manifest, page};
+use super::{Job, ended, manifest, page};
 use crate::{
-    calibration::{Fitted, Plan, Schedule, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
+    calibration::{Fitted, Schedule, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
-    report::{self, calibration::CalibrationReport, page::Block},
+    report,
     scene::ModelKind,
-    study::{predicted::Predictions, replicates::Watch},
-    validate::{
-        own_bench::{Experiment, OwnBench, OwnCount, OwnPlan},
-        page::own_bench,
-    },
+    study::predicted::Predictions,
 };
 
 /// Asked now and then whether to stop.
@@ -26,15 +22,7 @@ impl Stop {
     }
 
     fn check(&self) -> Result<(), interrupt::Interrupted> {
-        if self.stop() { Err(interrupt::Interrupted) } else { Ok(()) }
-    }
-}
-
-impl Watch for Stop {
-    fn advance(&self, _runs: u64) {}
-
-    fn stop(&self) -> bool {
-        (self.0)()
+        if (self.0)() { Err(interrupt::Interrupted) } else { Ok(()) }
     }
 }
 
@@ -70,49 +58,14 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     Ok(fitted)
 }
 
-/// Coverage of synthetic records of the bench, if requested, as blocks of the report; counts go into the outcome.
-fn coverage(
-    job: &Job,
-    fitted: &Fitted,
-    session: &Session,
-    (timing, stop): (&mut Timing, &Stop),
-    outcome: &mut CalibrationOutcome,
-) -> anyhow::Result<Vec<Block>> {
-    let (Some((plan, count)), problem) = (&job.coverage, &job.problem) else { return Ok(vec![]) };
-    let plan = Plan { seed: Some(problem.seed), ..plan.clone() };
-    let experiments = vec![Experiment::as_recorded()];
-    let own = OwnPlan { experiments, count: *count, seed: problem.seed, fits: true, widen: plan.widen };
-    let bench = match OwnBench::of(plan, problem, fitted.best(), stop.0.clone()) {
-        Ok(bench) => bench,
-        Err(error) => {
-            // The fit stands without it.
-            outcome.warnings.push(format!("coverage on this bench was not counted: {error}"));
-            return Ok(vec![]);
-        }
-    };
-    let bar = progress::bar(session, *count, "records");
-    let records = bench.records(&own, 0..own.total(), &|| bar.inc(1))?.ok_or(interrupt::Interrupted)?;
-    bar.finish_and_clear();
-    timing.stage("coverage");
-    let count = OwnCount::of(&own, &records);
-    outcome.coverage = count.0.first().map(serde_json::to_value).transpose()?;
-    let block = Block::List(own_bench::sentences(&count));
-    Ok([vec![Block::Heading(own_bench::COVERAGE.into()), block], own_bench::section(&own, &count, problem.model())]
-        .concat())
-}
-
 impl Files {
     /// Run the answer with the accurate integrator, hold it against the records, and make every file.
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         stop.check()?;
         let problem = &job.problem;
         let stopping = stop.clone();
-        let watch = Arc::new(move |_| !stopping.stop());
-        // The accurate run has one thread alone: the sweep takes what that leaves.
-        let (mut predicted, alpha_sweep) = rayon::join(
-            || Predictions::of(problem, fitted, session.cache(), watch.clone()),
-            || AlphaSweep::of(&fitted.best().scene(0), problem.quantity, problem.seed, stop),
-        );
+        let watch = Arc::new(move |_| !(stopping.0)());
+        let mut predicted = Predictions::of(problem, fitted, session.cache(), watch.clone());
         stop.check()?;
         timing.stage("confirm");
         if fitted.is_in_doubt() {
@@ -125,13 +78,8 @@ impl Files {
                 stop.check()?;
             }
         }
-        let mut outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
-        let coverage = if predicted.diagnosis.stopped {
-            vec![]
-        } else {
-            coverage(job, fitted, session, (timing, stop), &mut outcome)?
-        };
-        let report = CalibrationReport { coverage, ..page::report(job, fitted, (&predicted, &alpha_sweep), &outcome) };
+        let outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
+        let report = page::report(job, fitted, &predicted, &outcome);
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);
         files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));

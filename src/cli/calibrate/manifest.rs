@@ -2,7 +2,6 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use anyhow::bail;
 use serde::{Deserialize, Serialize};
 
 use super::Job;
@@ -16,9 +15,6 @@ use crate::{
 
 pub const FILE: &str = "manifest.json";
 
-/// Name of the file of printed numbers that is looked for beside a record.
-pub const PUBLISHED: &str = "features.toml";
-
 /// Arguments that cannot change a result and have no value, and those that have one.
 const SILENT: [&str; 5] = ["--resume", "--quiet", "--json", "--force", "--strict"];
 const SILENT_WITH_VALUE: [&str; 3] = ["--threads", "--out", "--cache"];
@@ -30,7 +26,7 @@ pub struct Manifest {
     pub processor: String,
     /// The arguments of `granchain calibrate` that can change a result, as typed.
     pub arguments: Vec<String>,
-    /// Every file read, by role: `plan`, `bench`, `scene`, `mesh-1`, `measured`, `drive`, `published`; of further records `measured-2` and so on.
+    /// Every file read, by role: `plan`, `bench`, `scene`, `mesh-1`, `measured`, `drive`; of further records `measured-2` and so on.
     pub inputs: BTreeMap<String, InputDigest>,
     /// SHA-256 of every file written, but for this one and `timing.json`.
     pub files: BTreeMap<String, String>,
@@ -77,53 +73,23 @@ fn inputs(job: &Job) -> anyhow::Result<BTreeMap<String, InputDigest>> {
     for (role, Input { path, sha256 }) in &job.plans {
         add((*role).into(), path.clone(), Some(sha256.clone()))?;
     }
-    let Problem { recorded_runs, candidates, .. } = &job.problem;
-    for (number, (RecordedRun { bench, measured, .. }, scene)) in
-        recorded_runs.iter().zip(&candidates[0].scenes).enumerate()
-    {
+    let Problem { recorded_runs, .. } = &job.problem;
+    for (number, RecordedRun { bench, measured, .. }) in recorded_runs.iter().enumerate() {
         let of = |role: &str| if number == 0 { role.to_owned() } else { format!("{role}-{}", number + 1) };
         if let Some(Input { path, sha256 }) = bench.scene_file() {
             add(of("scene"), path, Some(sha256))?;
-        }
-        for (index, mesh) in scene.mesh_files().into_iter().enumerate() {
-            let Input { path, sha256 } = unchanged(mesh, &job.meshes)?;
-            add(format!("{}-{}", of("mesh"), index + 1), path, Some(sha256))?;
         }
         add(of("measured"), measured.path().into(), Some(measured.sha256().into()))?;
         if let Some(Input { path, sha256 }) = bench.drive.as_ref().map(|drive| &drive.input) {
             add(of("drive"), path.clone(), Some(sha256.clone()))?;
         }
-        let published = measured.path().with_file_name(PUBLISHED);
-        if measured.record().is_some() && published.is_file() {
-            add(of("published"), published, None)?;
-        }
     }
     Ok(inputs)
-}
-
-/// A mesh file, which every fit read again, if it still is what it was before the first run.
-fn unchanged(mesh: PathBuf, before: &[Input]) -> anyhow::Result<Input> {
-    let now = Input::digest(mesh)?;
-    if !before.contains(&now) {
-        bail!("{}: the mesh was changed while the calibration ran; run it again", now.path.display());
-    }
-    Ok(now)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_mesh_that_was_changed_meanwhile_certifies_nothing() {
-        let place = tempfile::tempdir().unwrap();
-        let mesh = place.path().join("ring.msh");
-        std::fs::write(&mesh, "before").unwrap();
-        let before = [Input::digest(mesh.clone()).unwrap()];
-        assert_eq!(unchanged(mesh.clone(), &before).unwrap(), before[0]);
-        std::fs::write(&mesh, "after").unwrap();
-        assert!(unchanged(mesh, &before).unwrap_err().to_string().contains("was changed"));
-    }
 
     #[test]
     fn what_cannot_change_a_result_is_left_out() {

@@ -1,16 +1,14 @@
 //! From a finished fit to the report, the dry run's figure and the text on the terminal.
 
-use std::{collections::BTreeMap, fmt::Write, path::Path};
+use std::{fmt::Write, path::Path};
 
-use super::{Job, alpha_sweep::AlphaSweep, bench, manifest};
+use super::{Job, bench, manifest};
 use crate::{
     calibration::{
         Fitted, Problem,
-        comparison::Reduction,
         drive::displacement,
         fit::Fit,
         forward::Run,
-        measured::Measured,
         outcome::{CalibrationOutcome, FitOutcome, FittedFeature},
         parameter::Parameter,
         posterior::Posterior,
@@ -22,8 +20,8 @@ use crate::{
         output::{OutputFolder, page_results},
         summary,
     },
-    feature::{Features, Measurand, Peaks, Window},
-    measurement::{PublishedFeature, PublishedFeatures, Record, Statement},
+    feature::{Features, Measurand, Peaks, Window, fingerprint::Fingerprint},
+    measurement::Record,
     report::{
         calibration::{
             CalibrationReport, DensityMap, LawReport, PairMap, RecordReport, RunPoint, law_name, named_number,
@@ -36,24 +34,15 @@ use crate::{
         Bodies, EnsemblePlan,
         predicted::{Predictions, predict_measured},
         prediction::PredictiveRun,
-        published::published,
         replicates::Unwatched,
     },
-    validate::{own_bench::OwnCount, page::own_bench::sentences},
 };
 
 /// The report of a calibration, plain and in SI.
-pub fn report(
-    job: &Job,
-    fitted: &Fitted,
-    (predicted, alpha_sweep): (&Predictions, &AlphaSweep),
-    outcome: &CalibrationOutcome,
-) -> CalibrationReport {
+pub fn report(job: &Job, fitted: &Fitted, predicted: &Predictions, outcome: &CalibrationOutcome) -> CalibrationReport {
     let (problem, best) = (&job.problem, fitted.best());
     let prediction = predicted.predictions[0].as_ref();
     let scene = best.scene(0);
-    let reference =
-        if problem.lead().measured.record().is_some() { "values of the record" } else { "published values" };
     let recorded_runs = problem.recorded_runs.iter().zip(&predicted.predictions).enumerate();
     let records = recorded_runs.map(|(number, (recorded_run, prediction))| RecordReport {
         residual: residual(&best.fit, number),
@@ -64,7 +53,6 @@ pub fn report(
         outcome: outcome.clone(),
         records: records.collect(),
         laws: fitted.ranked().into_iter().map(|law| law_report(&law.fit, problem)).collect(),
-        alpha_sweep: Some(alpha_sweep.report(&outcome.best.features, reference)),
         energy: prediction.map(|prediction| prediction.response.energy),
         ..frame(job, &scene)
     }
@@ -77,14 +65,13 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
         ("runs of the chain per damping law".into(), problem.evaluations.to_string()),
         ("cutoff of data and runs".into(), format!("{:.0} kHz", comparison.cutoff * 1e-3)),
     ];
-    if let Reduction::Fingerprint(fingerprint) = &comparison.reduction {
-        let threshold = match fingerprint.measurand() {
-            Measurand::Velocity => format!("{:.1} mm/s", fingerprint.threshold() * 1e3),
-            Measurand::Pressure => format!("{:.3} kPa", fingerprint.threshold() * 1e-3),
-        };
-        let name = if fingerprint.falls() { "rms below which the response falls" } else { "onset threshold" };
-        settings.push((name.into(), threshold));
-    }
+    let fingerprint = &comparison.fingerprint;
+    let threshold = match fingerprint.measurand() {
+        Measurand::Velocity => format!("{:.1} mm/s", fingerprint.threshold() * 1e3),
+        Measurand::Pressure => format!("{:.3} kPa", fingerprint.threshold() * 1e-3),
+    };
+    let name = if fingerprint.falls() { "rms below which the response falls" } else { "onset threshold" };
+    settings.push((name.into(), threshold));
     CalibrationReport {
         outcome: CalibrationOutcome { program: job.program.clone(), ..problem.outcome() },
         scene: scene.name.clone(),
@@ -93,9 +80,7 @@ fn frame(job: &Job, scene: &Scene) -> CalibrationReport {
         bench: bench::bench(job, scene),
         records: Vec::new(),
         laws: Vec::new(),
-        alpha_sweep: None,
         energy: None,
-        coverage: vec![],
         settings,
         command_line: manifest::command_line(&job.arguments),
     }
@@ -108,30 +93,25 @@ fn record(
     scene: &Scene,
     prediction: Option<&PredictiveRun>,
 ) -> RecordReport {
-    let record = recorded_run.measured.record();
-    let label = record.map_or("recorded", record_label);
+    let record = &recorded_run.measured.record;
+    let label = record_label(record);
     let names = recorded_run.comparison.names().into_iter().zip(&recorded_run.comparison.weights);
     RecordReport {
         label: if problem.recorded_runs.len() == 1 { String::new() } else { problem.labels().swap_remove(number) },
         title: recorded_run.measured.path().display().to_string(),
         record_label: label.into(),
-        record_notes: match &recorded_run.measured {
-            Measured::Published(measured) => published_notes(&measured.published),
-            Measured::Record(_) if label == "recorded" => Vec::new(),
-            Measured::Record(_) => record.map_or_else(Vec::new, |record| record.comments.clone()),
-        },
+        record_notes: if label == "recorded" { Vec::new() } else { record.comments.clone() },
         drive: displacement(scene),
         drive_origin: drive_origin(recorded_run),
-        recorded: record.map(|record| record.series.clone()),
+        recorded: record.series.clone(),
         simulated: prediction.map(simulated_span),
         residual: Vec::new(),
         instrument: Vec::new(),
-        alignment: prediction.map_or_else(String::new, |found| alignment(found, &recorded_run.comparison.reduction)),
-        masked: record.map_or_else(Vec::new, masked),
+        alignment: prediction.map_or_else(String::new, |found| alignment(found, &recorded_run.comparison.fingerprint)),
+        masked: masked(record),
         observed: prediction.map_or_else(Default::default, |prediction| prediction.response.observed),
         window: prediction.map(|prediction| prediction.window),
         compared: names.filter(|(_, weight)| **weight > 0.0).map(|(name, _)| name.into_owned()).collect(),
-        published: prediction.map_or_else(BTreeMap::new, |prediction| printed(recorded_run, scene, prediction)),
     }
 }
 
@@ -176,30 +156,20 @@ fn record_label(record: &Record) -> &'static str {
     }
 }
 
-/// Where published numbers come from, for the head of a report.
-fn published_notes(published: &PublishedFeatures) -> Vec<String> {
-    let mut notes = vec!["Published numbers only: there is no waveform to compare with.".to_owned()];
-    let lines = [&published.title, &published.source].map(|text| text.trim().to_owned());
-    notes.extend(lines.into_iter().filter(|text| !text.is_empty()));
-    notes
-}
-
 /// The simulated trace where it was simulated: beyond the end of the run there is nothing to draw.
 fn simulated_span(prediction: &PredictiveRun) -> Series {
     let simulated = &prediction.simulated;
     simulated.window(simulated.start, prediction.response.observed_velocity().end() + prediction.offset)
 }
 
-fn alignment(prediction: &PredictiveRun, reduction: &Reduction) -> String {
-    let Some(similarity) = prediction.recorded.as_ref().map(|recorded| &recorded.similarity) else {
-        return "none; times are the model's own".into();
-    };
-    let by = match reduction {
-        Reduction::Fingerprint(fingerprint) if fingerprint.falls() => {
-            "its fall at the end of the burst and its similarity"
-        }
-        Reduction::Fingerprint(fingerprint) if fingerprint.lies_somewhere() => "its similarity",
-        _ => "its onset",
+fn alignment(prediction: &PredictiveRun, fingerprint: &Fingerprint) -> String {
+    let similarity = &prediction.recorded.similarity;
+    let by = if fingerprint.falls() {
+        "its fall at the end of the burst and its similarity"
+    } else if fingerprint.lies_somewhere() {
+        "its similarity"
+    } else {
+        "its onset"
     };
     format!(
         "the record is aligned with the model by {by} (record time = model time {:+.2} µs). The normalised cross-correlation is then {:.2}; at the best \
@@ -264,40 +234,6 @@ fn pair_map(parameters: [&Parameter; 2], posterior: &Posterior) -> DensityMap {
     DensityMap { x: along(0), y: along(1), density, accepted_level: posterior.level() / largest }
 }
 
-/// The published numbers of what is watched of a record, with their uncertainties, SI.
-fn printed(
-    recorded_run: &RecordedRun,
-    scene: &Scene,
-    prediction: &PredictiveRun,
-) -> BTreeMap<String, (f64, Option<f64>)> {
-    let beside = |record: &Record| PublishedFeatures::read(&record.path.with_file_name(manifest::PUBLISHED)).ok();
-    let printed = match &recorded_run.measured {
-        Measured::Record(measured) => beside(&measured.record),
-        Measured::Published(measured) => Some(measured.published.clone()),
-    };
-    // What is in print of the bench is no word on a synthetic record of it.
-    let in_code = published(scene)
-        .filter(|_| recorded_run.measured.record().is_some_and(|record| record_label(record) != "synthetic"));
-    let number = |key: &str| match printed.as_ref().and_then(|it| statement_on(it, key)).map(|it| &it.statement) {
-        Some(Statement::Value { value, uncertainty, .. }) => Some((*value, *uncertainty)),
-        _ => match key {
-            "positive_peak" => Some((in_code?.measured.positive_m_per_s, None)),
-            "negative_peak" => Some((in_code?.measured.negative_m_per_s, None)),
-            _ => None,
-        },
-    };
-    let watched = prediction.features.iter();
-    watched.filter_map(|feature| Some((feature.key.clone(), number(&feature.key)?))).collect()
-}
-
-/// The printed statement on a watched number: the amplitude of a line is `line_P/Q` there and `amplitude_P/Q` in print.
-fn statement_on<'a>(printed: &'a PublishedFeatures, key: &str) -> Option<&'a PublishedFeature> {
-    match key.strip_prefix("line_") {
-        Some(ratio) => printed.feature(&format!("amplitude_{ratio}")),
-        None => printed.feature(key),
-    }
-}
-
 /// What a dry run measured of the uncalibrated response.
 const DRY_RUN: &str = "dry-run.json";
 
@@ -336,12 +272,9 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
             Measurand::Pressure => format!("{:+.1} and {:+.1} kPa", positive * 1e-3, negative * 1e-3),
         }
     };
-    let compared = prediction.recorded.as_ref().map_or_else(
-        || " (published features are compared only after a fit)".to_owned(),
-        |recorded| {
-            format!(", record {}, correlation {:.2}", peaks(&recorded.features), recorded.similarity.correlation)
-        },
-    );
+    let recorded = &prediction.recorded;
+    let compared =
+        format!(", record {}, correlation {:.2}", peaks(&recorded.features), recorded.similarity.correlation);
     let text = format!(
         "Nothing was fitted. Uncalibrated response of the chain at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
         significant(scene.amplitude_scale, 3),
@@ -419,10 +352,6 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
     }
     for statement in &outcome.statements {
         let _ = writeln!(text, "{statement}");
-    }
-    let counted = outcome.coverage.as_ref().and_then(|it| serde_json::from_value(it.clone()).ok());
-    for sentence in counted.map(|it| sentences(&OwnCount(vec![it]))).into_iter().flatten() {
-        let _ = writeln!(text, "{sentence}");
     }
     let (runs, failed, page) = (outcome.best.evaluations, outcome.best.failed_runs, place.join("report.html"));
     let _ = writeln!(text, "{runs} runs, {failed} not usable. Report: {}", page.display());

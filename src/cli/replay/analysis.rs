@@ -7,7 +7,6 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::{
-    calibration::drive::Input,
     cli::{
         arguments::{Session, positive_time, usage},
         forecast::Forecast,
@@ -52,9 +51,6 @@ pub struct AnalysisSummary {
     pub cuts: Vec<Cut>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field_frames: Option<usize>,
-    /// Mesh files of bodies of the user's own.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub meshes: Vec<Input>,
 }
 
 /// What a finished analysis leaves.
@@ -82,7 +78,6 @@ pub struct Analysis<'a> {
     scene: &'a Scene,
     session: &'a Session,
     folder: Option<&'a OutputFolder>,
-    meshes: Vec<Input>,
     simulation: Simulation<'static>,
     frames: Frames,
     /// Steps a frame.
@@ -101,11 +96,10 @@ impl<'a> Analysis<'a> {
     ) -> anyhow::Result<Self> {
         let step = scene.model.fea.step;
         let frame = flags.fields.map(|interval| whole_steps("--fields", interval, step)).transpose()?;
-        let meshes = scene.mesh_files().into_iter().map(Input::digest).collect::<Result<Vec<_>, _>>()?;
         let simulation = Simulation::new(scene, Control::default())?;
         let frames = Frames::new(simulation.arrangement());
         let interval = flags.fields.unwrap_or(0.0);
-        Ok(Self { frames, scene, session, folder, meshes, simulation, frame, interval })
+        Ok(Self { frames, scene, session, folder, simulation, frame, interval })
     }
 
     pub fn run(mut self) -> anyhow::Result<Finished> {
@@ -162,7 +156,6 @@ impl<'a> Analysis<'a> {
             complementarity: self.simulation.complementarity(),
             cuts: self.simulation.cuts().to_vec(),
             field_frames: self.frame.map(|steps| self.taken() / steps + 1),
-            meshes: self.meshes.clone(),
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::{
     model::{
         ModelError, Prepared,
         water::{
-            field::{amplitude_map, far_field, soft_far_field},
+            field::{amplitude_map, far_field},
             source::FieldSource,
         },
     },
@@ -28,7 +28,7 @@ use crate::{
         page::Files,
         pressure::{Beam, Scenery, beams},
     },
-    scene::{Scene, Support},
+    scene::{Baffle, Scene, Support},
     signal::{Dimension, Series},
 };
 
@@ -91,6 +91,12 @@ pub fn refuse_idle(flags: &FieldArguments, scene: &Scene) -> anyhow::Result<()> 
         Some(flag) if scene.water.is_none() => {
             Err(usage(format!("{flag} needs water behind a disc; scene `{}` has none: try --scene water", scene.name)))
         }
+        _ if flags.beam_pattern.is_some() && scene.water.as_ref().is_some_and(|water| water.baffle == Baffle::Soft) => {
+            Err(usage(
+                "--beam-pattern needs `water.baffle` = \"rigid\"; beside a soft one draw --pressure-map-frequency"
+                    .to_owned(),
+            ))
+        }
         _ => Ok(()),
     }
 }
@@ -125,8 +131,6 @@ pub fn make(
         figures.push(("pressure_map", scenery.instants(&maps)));
     }
     let radiator = source.radiator();
-    // What radiates behind a soft baffle; behind a rigid one the face's velocity does.
-    let face = || if source.is_soft() { source.face_pressure(&force) } else { Ok(None) };
     if let Some(List(frequencies)) = &flags.pressure_map_frequency {
         let weights = |&frequency: &f64| {
             let weights = line_weights(&force, window, frequency);
@@ -156,23 +160,13 @@ pub fn make(
     }
     if let Some(List(frequencies)) = &flags.beam_pattern {
         let angles: Vec<f64> = (0..=180).map(|half| f64::from(half) / 180.0 * FRAC_PI_2).collect();
-        let of = |pattern: &dyn Fn(f64) -> Vec<c64>| -> Vec<Beam> {
-            let sizes = |frequency| pattern(frequency).iter().map(|value| value.norm()).collect();
-            frequencies.iter().map(|&frequency| Beam { frequency, amplitudes: sizes(frequency) }).collect()
+        let motion = source.motion(&force)?;
+        let pattern = |&frequency: &f64| {
+            let velocities = phasors(motion.velocity(), window, frequency);
+            let found = far_field(&radiator, &water.liquid, &angles, &velocities, TAU * frequency);
+            Beam { frequency, amplitudes: found.iter().map(|value| value.norm()).collect() }
         };
-        let patterns = match face()? {
-            Some(face) => of(&|frequency| {
-                let pressures = phasors(face.pressure(), window, frequency);
-                soft_far_field((face.radii(), &pressures), &water.liquid, &angles, TAU * frequency)
-            }),
-            None => {
-                let motion = source.motion(&force)?;
-                of(&|frequency| {
-                    let velocities = phasors(motion.velocity(), window, frequency);
-                    far_field(&radiator, &water.liquid, &angles, &velocities, TAU * frequency)
-                })
-            }
-        };
+        let patterns: Vec<Beam> = frequencies.iter().map(pattern).collect();
         figures.push(("beam_pattern", beams(&angles, &patterns, None)));
     }
     if flags.export_interface {
@@ -180,7 +174,9 @@ pub fn make(
             let duration = scene.duration.min(force.end());
             InterfaceGrid::new((summary::program(), held), shape.radius, &water.liquid, water.baffle.name(), duration)
         };
-        let (grid, rows) = match face()? {
+        // What radiates behind a soft baffle; behind a rigid one the face's velocity does.
+        let face = if source.is_soft() { source.face_pressure(&force)? } else { None };
+        let (grid, rows) = match face {
             Some(face) => {
                 let grid = grid(FaceQuantity::Pressure);
                 let rows = face.face(&grid.radii(), &grid.times());

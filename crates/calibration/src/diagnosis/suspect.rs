@@ -1,9 +1,10 @@
 //! The causes that are assumed, each with its scene, a further parameter, or another comparison.
 
 use super::{Case, Cause};
-use crate::{comparison::Comparison, forward::Uncertainty, parameter::Parameter, synthetic::with_law};
+use crate::{comparison::Comparison, forward::Uncertainty, parameter::Parameter};
 use granchain_model::scene::{
-    Bead, DEFAULT_SLIP_VELOCITY, DampingKind, DriveKind, FlatContact, Holder, Material, Scene, Support,
+    Bead, DEFAULT_SLIP_VELOCITY, DampingCoefficients, DampingKind, DriveKind, FlatContact, Holder, Material, Scene,
+    Support,
 };
 use granchain_signal::{Series, number::engineering};
 
@@ -280,7 +281,7 @@ impl Case<'_> {
     fn decades(&self) -> Vec<Suspect> {
         let of = |factor: f64| {
             // A record ten times too large is compared as a tenth of it.
-            let comparison = self.comparison.scaled(1.0 / factor)?;
+            let comparison = self.comparison.scaled(1.0 / factor);
             let text = format!(
                 "amplitudes {factor} times as large as they should be (the peak is {}); check the unit of the column and the sensitivity \
                  (--unit, --scale)",
@@ -296,4 +297,12 @@ impl Case<'_> {
 fn is_alike(first: &Material, second: &Material) -> bool {
     let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
     alike(first.youngs_modulus, second.youngs_modulus) && alike(first.density, second.density)
+}
+
+/// The scene with a damping law, no coefficient set.
+fn with_law(scene: &Scene, kind: DampingKind) -> Scene {
+    let mut scene = scene.clone();
+    scene.damping.kind = kind;
+    scene.damping.coefficients = DampingCoefficients::default();
+    scene
 }

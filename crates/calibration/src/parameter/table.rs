@@ -136,27 +136,6 @@ pub const PARAMETERS: &[Row] = &[
         remedy: "A record of the same column on a foundation of known modulus, such as steel, tells what is not the foundation's.",
     },
     Row {
-        target: Target::SupportLoss,
-        key: "support_loss",
-        shown: |_| shown("time constant of the foundation's loss", "τ", "µs", 1e6),
-        scene_key: |_| "support.loss_time",
-        // From what takes no measurable part of the impulse; the law holds to first order in it.
-        bounds: |scene| match (&scene.support, scene.drive.kind.striker()) {
-            (Support::Foundation { .. }, Some(_)) => Ok(("s", 1e-6, 3e-4)),
-            (Support::Foundation { .. }, None) => Err(ParameterError::NoStriker),
-            _ => Err(ParameterError::NoFoundation { name: "support_loss" }),
-        },
-        widening: Widening::Not,
-        set: |scene, value| {
-            if let Support::Foundation { loss_time, .. } = &mut scene.support {
-                *loss_time = value;
-            }
-        },
-        // None of an ensemble's: a striker's runs are scenes of their own.
-        vary: |_, _, _| {},
-        remedy: "Records at two impact velocities, fitted together, tell it from the losses of the beads' contacts.",
-    },
-    Row {
         target: Target::Gap,
         key: "gap",
         shown: |_| shown("gap before the first bead", "g", "nm", 1e9),
@@ -223,26 +202,6 @@ pub const PARAMETERS: &[Row] = &[
         remedy: "A record at a lower drive level, fitted together with this one, tells it: friction counts the more the weaker the drive.",
     },
 ];
-
-/// Thickness of a plate on the foundation, used by the diagnosis of impact records only.
-pub(super) const PLATE: Row = Row {
-    target: Target::PlateThickness,
-    key: "plate_thickness",
-    shown: |_| shown("thickness of a plate on the foundation", "h", "mm", 1e3),
-    scene_key: |_| "support.plate_thickness",
-    bounds: |scene| match &scene.support {
-        Support::Foundation { plate: Some(_), .. } => Ok(("m", 1e-4, 2e-2)),
-        _ => Err(ParameterError::NoFoundation { name: "plate_thickness" }),
-    },
-    widening: Widening::Not,
-    set: |scene, value| {
-        if let Support::Foundation { plate: Some(plate), .. } = &mut scene.support {
-            plate.thickness = value;
-        }
-    },
-    vary: |_, _, _| {},
-    remedy: "A calliper tells it.",
-};
 
 /// Young's modulus of the beads over the scene's own, used by the diagnosis only.
 pub(super) const MODULUS: Row = Row {

@@ -7,7 +7,6 @@ pub mod grid;
 pub mod observation;
 pub mod predicted;
 pub mod prediction;
-pub mod published;
 pub mod replicates;
 pub mod sweep;
 

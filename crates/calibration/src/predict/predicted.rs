@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{
     bodies::Bodies,
     ensemble::EnsemblePlan,
-    prediction::{Predicted, PredictedFeature, PredictionError, PredictiveRun, predict, predict_printed},
+    prediction::{Predicted, PredictedFeature, PredictionError, PredictiveRun, predict},
     replicates,
 };
 use crate::{
@@ -38,13 +38,8 @@ pub fn predict_measured(
     passband: Option<Passband>,
     watch: &dyn replicates::Watch,
 ) -> Result<PredictiveRun, PredictionError> {
-    match measured {
-        Measured::Record(measured) => {
-            let passband = passband.or_else(|| measured.recording.passband());
-            predict(scene, bodies, &measured.recording, &measured.observation, how, passband, watch)
-        }
-        Measured::Published(measured) => predict_printed(scene, bodies, &measured.printed, how, watch),
-    }
+    let passband = passband.or_else(|| measured.recording.passband());
+    predict(scene, bodies, &measured.recording, &measured.observation, how, passband, watch)
 }
 
 /// The answer compared with every record.

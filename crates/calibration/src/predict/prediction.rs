@@ -4,9 +4,6 @@
 //! The simulated velocity or pressure passes through the instrument model (bandwidth, sample instants, trigger) and is
 //! measured by the same functions, in the same window, as the record. The trigger time drops out, because both traces
 //! are aligned by their crossing of one absolute threshold.
-//!
-//! For published features there is no instrument: the velocity is low-passed as in the fit and measured on the model's
-//! clock, and compared with the published values.
 
 use std::borrow::Cow;
 
@@ -21,7 +18,6 @@ use super::{
 use crate::{
     engine::trace,
     observation::{Observation, Passband, Recording, clip},
-    printed::PublishedComparison,
 };
 use granchain_model::{ModelError, chain::ensemble::Variation, response::Response, scene::Scene};
 use granchain_signal::{
@@ -67,15 +63,14 @@ pub struct PredictedFeature {
 #[derive(Debug, Clone)]
 pub struct PredictiveRun {
     pub response: Response,
-    /// Simulated velocity (m/s) or pressure (Pa) after the instrument model, on the record's instants; only low-passed
-    /// without a record.
+    /// Simulated velocity (m/s) or pressure (Pa) after the instrument model, on the record's instants.
     pub simulated: Series,
-    /// Record time minus model time, s; 0 without a record.
+    /// Record time minus model time, s.
     pub offset: f64,
     /// Window of the features, record time.
     pub window: Window,
-    /// Comparison of waveforms, if there is a record.
-    pub recorded: Option<RecordedSide>,
+    /// Comparison of waveforms.
+    pub recorded: RecordedSide,
     /// Features of the accurate run.
     pub simulated_features: Features,
     pub features: Vec<PredictedFeature>,
@@ -205,43 +200,9 @@ pub fn predict(
         simulated,
         offset,
         window,
-        recorded: Some(RecordedSide { features: recorded_features, similarity }),
+        recorded: RecordedSide { features: recorded_features, similarity },
         simulated_features,
         features: side_by_side(keys, &measured.0, &ensemble),
-        runs: ensemble.runs,
-        failed: ensemble.failures.len(),
-    })
-}
-
-/// Run `scene` (with the fitted values in it) accurately and perturbed, and hold both against published numbers; on
-/// the model it asks for, whose bodies may be ready already. `predicted` and `watch` as of [`predict`].
-pub(crate) fn predict_printed(
-    scene: &Scene,
-    bodies: &Bodies,
-    printed: &PublishedComparison,
-    (plan, predicted): (&EnsemblePlan, Option<&Predicted>),
-    watch: &dyn Watch,
-) -> Result<PredictiveRun, PredictionError> {
-    let response = bodies.prepared(scene)?.run(scene, &mut |_| !watch.stop())?;
-    let window = printed.window;
-    let settings =
-        FeatureSettings { band: Some(printed.cutoff), ..FeatureSettings::velocity(scene.drive.frequency, window) };
-    let simulated = low_pass(response.observed_velocity(), printed.cutoff);
-    let simulated_features = measure(&simulated, &settings)?;
-    let (varied, perturbed) = perturbed(scene, plan, predicted);
-    let ensemble =
-        ensemble::run_perturbed(bodies, varied, Measurand::Velocity, plan, &perturbed, watch, |_, velocity| {
-            Watched::measure(&low_pass(velocity, printed.cutoff), &settings)
-        })?;
-    let measured: Vec<Option<f64>> = observation::watched().iter().map(|watched| printed.value(&watched.key)).collect();
-    Ok(PredictiveRun {
-        response,
-        simulated,
-        offset: 0.0,
-        window,
-        recorded: None,
-        simulated_features,
-        features: side_by_side(observation::watched(), &measured, &ensemble),
         runs: ensemble.runs,
         failed: ensemble.failures.len(),
     })

@@ -25,7 +25,11 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use self::difference::Difference;
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
-pub(crate) use self::{columns::CLOCK, start::Start};
+pub(crate) use self::{
+    columns::{CLOCK, Nuisances},
+    ensemble::inverse,
+    start::Start,
+};
 pub use self::{
     ensemble::Origin,
     residual::{Clock, Residual},

@@ -3,7 +3,7 @@
 use realfft::num_complex::Complex;
 
 use super::ensemble::Placed;
-use crate::comparison::{Comparison, Reduction};
+use crate::comparison::Comparison;
 use granchain_signal::{Gap, Series, feature::fingerprint::SAMPLES_PER_CYCLE, forward_transform, inverse_transform};
 
 /// Least noise over the peak: the interpolation error between samples.
@@ -71,7 +71,7 @@ pub(super) struct RecordTrace {
 impl RecordTrace {
     /// From a record with an onset; `None` for others.
     pub(crate) fn of(trace: &Series, comparison: &Comparison) -> Option<Self> {
-        let Reduction::Fingerprint(fingerprint) = &comparison.reduction else { return None };
+        let fingerprint = &comparison.fingerprint;
         if !fingerprint.by_onset() {
             return None;
         }
@@ -280,9 +280,7 @@ mod tests {
     };
 
     fn record(values: impl Iterator<Item = f64>, masked: Vec<Gap>) -> RecordTrace {
-        let reduction = Reduction::Fingerprint(
-            Fingerprint::of(Measurand::Velocity, FeatureSet::Full, (0.1, 1.0), 14, 1.0).unwrap(),
-        );
+        let fingerprint = Fingerprint::of(Measurand::Velocity, FeatureSet::Full, (0.1, 1.0), 14, 1.0).unwrap();
         let comparison = Comparison {
             cutoff: 0.42,
             bandwidth: None,
@@ -296,7 +294,7 @@ mod tests {
             speckle: 0.0,
             noise_freedom: 100.0,
             averages: 1,
-            reduction,
+            fingerprint,
             features: vec![],
             nuggets: vec![],
             weights: vec![],

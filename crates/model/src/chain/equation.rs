@@ -363,14 +363,6 @@ impl<'a, const DAMPED: Terms, L: ElasticLaw> Equation<'a, DAMPED, L> {
         force
     }
 
-    /// Elastic force (N) of a contact as last evaluated, or by its own law at `overlap` (m).
-    pub(crate) fn elastic_force(&self, contact: usize, overlap: f64) -> f64 {
-        match &self.coupled {
-            Some(coupled) => coupled.elastic_force[contact],
-            None => self.pressing(contact, overlap),
-        }
-    }
-
     /// Whether the switch's force may end before its overlap does.
     pub(crate) fn may_clip(&self, switch: usize) -> bool {
         if L::IS_COUPLED && !self.is_dashpot(switch) {

@@ -236,7 +236,7 @@ fn fit_contact(
         return half_space(touching);
     }
     let pair = &arrangement.pairs[arrangement.contacts[contact]];
-    let (law, points) = if pair.ring.is_some() {
+    let (law, points) = if pair.is_on_ring() {
         let points = press(statics, pair, contact, ANNULUS_APPROACHES)?;
         (fit_annulus(&points, arrangement.stiffness_factor).map(Law::Annulus), points)
     } else {
@@ -289,7 +289,7 @@ fn press(statics: &Statics, pair: &Pair, contact: usize, (least, most): (f64, f6
             iterations: failed.iterations,
         })?;
         let edge = pair.len() - 1;
-        if forces[edge] > 0.0 || pair.ring.is_some() && forces[0] > 0.0 {
+        if forces[edge] > 0.0 || pair.is_on_ring() && forces[0] > 0.0 {
             break;
         }
         let force = forces.iter().zip(&pair.axial_before).map(|(force, a)| force * a).sum::<f64>();

@@ -48,10 +48,6 @@ impl ContactLaws {
 /// Refuse a support without a force law.
 pub(super) fn need_law(support: &Support) -> Result<(), ModelError> {
     let reason = match support {
-        Support::Body { mesh, .. } => format!(
-            "a support from the mesh {} has no force law; use `model.kind = \"fea\"`, or another `support.kind`",
-            mesh.path.display()
-        ),
         Support::Disc { .. } => {
             "a disc moves and has no force law: its scene is run by `model::prepare`, one run at a time".into()
         }

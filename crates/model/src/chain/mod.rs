@@ -29,7 +29,6 @@ mod lane;
 mod laws;
 mod pace;
 mod record;
-mod symplectic;
 mod system;
 mod tableau;
 mod variation;
@@ -121,7 +120,11 @@ impl ChainModel {
                 let control = control(scene, &system, tolerance, velocity_scale, grid.end())?;
                 adaptive(&system, motion, initial, &control, &mut grid, progress)?
             }
-            Integrator::Symplectic { step } => fixed(&system, motion, initial, step, &mut grid, progress)?,
+            Integrator::OnDisc { .. } => {
+                let reason =
+                    "the clock of a disc is of a chain before one; set `model.integrator` = \"dormand-prince-853\"";
+                return Err(ModelError::Unsupported { model: "chain", reason: reason.into() });
+            }
         };
         let observed = ObservedPoint::of(scene.support.presses_the_pole());
         Ok(grid.response(observed, energy, work).counted(scene.is_struck(), |forces| scene.chain.reading(forces)))
@@ -162,24 +165,7 @@ fn control(
     Ok(Control { tolerance, velocity_scale, end, most_steps: limits.work / beads })
 }
 
-/// Pick the loop specialised for the dampers and the support of this system, once a run.
-macro_rules! specialised {
-    ($system:expr, $run:ident ( $($argument:expr),* )) => {{
-        let system: &System = $system;
-        let terms = system.dashpots.iter().fold(0, |terms, dashpot| terms | dashpot.terms());
-        match system.laws[system.beads] {
-            // Coupled contacts cost more than a dashpot that is zero, so all dampers share one copy.
-            law if system.coupling.is_some() && terms != 0 => {
-                $run::<ALL_TERMS, _>(system, Marked::<true, false>(law), $($argument),*)
-            }
-            law if system.coupling.is_some() => $run::<0, _>(system, Marked::<true, false>(law), $($argument),*),
-            Law::Hertz(law) => for_terms!(terms, DAMPED => $run::<DAMPED, _>(system, law, $($argument),*)),
-            // Any other law of the one contact at the support is picked within the loop: it is worth no copy of the code.
-            law => for_terms!(terms, DAMPED => $run::<DAMPED, _>(system, law, $($argument),*)),
-        }
-    }};
-}
-
+/// Pick the loop specialised for the effects, dampers and support of this system, once a run.
 fn adaptive(
     system: &System,
     motion: &dyn PistonMotion,
@@ -190,6 +176,7 @@ fn adaptive(
 ) -> Result<(EnergyBalance, SolverWork), ModelError> {
     use integrate::integrate as run;
     let law = system.laws[system.beads];
+    let terms = system.dashpots.iter().fold(0, |terms, dashpot| terms | dashpot.terms());
     // Effects that are beside the contacts cost more than a dashpot that is zero, too.
     match (&system.effects, &system.coupling) {
         (Some(_), Some(_)) => {
@@ -198,22 +185,17 @@ fn adaptive(
         (Some(_), None) => {
             run::<ALL_TERMS, _>(system, Marked::<false, true>(law), motion, initial, control, grid, progress)
         }
-        (None, _) => specialised!(system, run(motion, initial, control, grid, progress)),
+        // Coupled contacts cost more than a dashpot that is zero, so all dampers share one copy.
+        (None, Some(_)) if terms != 0 => {
+            run::<ALL_TERMS, _>(system, Marked::<true, false>(law), motion, initial, control, grid, progress)
+        }
+        (None, Some(_)) => run::<0, _>(system, Marked::<true, false>(law), motion, initial, control, grid, progress),
+        (None, None) => match law {
+            Law::Hertz(law) => {
+                for_terms!(terms, DAMPED => run::<DAMPED, _>(system, law, motion, initial, control, grid, progress))
+            }
+            // Any other law of the one contact at the support is picked within the loop: it is worth no copy of the code.
+            law => for_terms!(terms, DAMPED => run::<DAMPED, _>(system, law, motion, initial, control, grid, progress)),
+        },
     }
-}
-
-fn fixed(
-    system: &System,
-    motion: &dyn PistonMotion,
-    initial: &InitialState,
-    step: f64,
-    grid: &mut Grid,
-    progress: Progress<'_>,
-) -> Result<(EnergyBalance, SolverWork), ModelError> {
-    use symplectic::integrate as run;
-    if system.effects.is_some() {
-        let reason = "the fixed step supports neither compliant horn nor bead guide, yield, relaxation and gravity; set `model.integrator` = \"dormand-prince-853\"";
-        return Err(ModelError::Unsupported { model: "chain", reason: reason.into() });
-    }
-    specialised!(system, run(motion, initial, step, grid, progress))
 }

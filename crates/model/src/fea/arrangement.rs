@@ -6,12 +6,12 @@ use super::{
     contact::pair::{Pair, Pole, Profile},
     factor::FactorError,
     loss::BodyLoss,
-    mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh},
+    mesh::{self, AnnulusMesh, BeadMesh, HalfTorus, Mesh, MeshError},
     modes::ModesError,
 };
 use crate::{
     contact_law::{Dashpot, dashpots},
-    scene::{AnnulusShape, Bead, ContactMass, FlatContact, Material, MeshFile, Scene, Support},
+    scene::{AnnulusShape, Bead, FlatContact, Material, Scene, Support},
     water::{
         disc::{Disc, DiscError},
         front::Front,
@@ -50,7 +50,6 @@ impl Arrangement {
         if scene.piston == FlatContact::HalfSpace {
             return Err(FeaError::HalfSpace { key: "piston.contact" });
         }
-        let mass = scene.model.meshing().contact_mass;
         let mut kinds = Vec::new();
         let mut known: Vec<&Bead> = Vec::new();
         let mut of_bead = Vec::with_capacity(beads.len());
@@ -59,7 +58,7 @@ impl Arrangement {
                 Some(kind) => kind,
                 None => {
                     known.push(bead);
-                    kinds.push(bead_body(bead, i + 1, scene, mass)?);
+                    kinds.push(bead_body(bead, i + 1, scene)?);
                     kinds.len() - 1
                 }
             };
@@ -72,13 +71,7 @@ impl Arrangement {
             body: &kinds[of_bead[bead]],
             boundary,
             normal: if boundary == "back" { 1.0 } else { -1.0 },
-            profile: match beads[bead].mesh {
-                None => Profile::Sphere { radius: beads[bead].radius },
-                Some(_) if is_sphere(kinds[of_bead[bead]].mesh(), boundary, beads[bead].radius) => {
-                    Profile::Sphere { radius: beads[bead].radius }
-                }
-                Some(_) => Profile::Meshed,
-            },
+            profile: Profile::Sphere { radius: beads[bead].radius },
         };
         let mut pairs = vec![Pair::on_flat(pole(0, "front"), true)?];
         let mut keys = vec![None];
@@ -103,17 +96,6 @@ impl Arrangement {
             face += back - front;
         }
         let (mut stiffness_factor, mut front) = (1.0, None);
-        let mut resting = |sphere: &Body, support: Body, torus: Option<&HalfTorus>| -> Result<Body, FeaError> {
-            if beads[last].mesh.is_some() {
-                return Err(FeaError::SphereNeeded { bead: last + 1 });
-            }
-            let pair = Pair::on_ring(sphere, beads[last].radius, &support, torus)?;
-            if let Some(ring) = &pair.ring {
-                origins.push(origins[last] - ring.centre);
-            }
-            pairs.push(pair);
-            Ok(support)
-        };
         let support = match &scene.support {
             Support::Flat(FlatContact::Rigid) | Support::Free | Support::Spring { .. } => {
                 pairs.push(Pair::on_flat(pole(last, "back"), false)?);
@@ -145,18 +127,16 @@ impl Arrangement {
                 pairs.push(pair);
                 dry
             }
-            Support::Annulus { .. } | Support::Body { .. } => {
-                let torus = torus(scene);
-                if let (Some(factor), Some(_)) = (scene.support.stiffness(), &torus) {
-                    stiffness_factor = factor;
-                }
-                match support_mesh(scene)? {
-                    Some((mesh, materials)) => {
-                        let body = support_body(mesh, &materials, mass)?;
-                        Some(resting(&kinds[of_bead[last]], body, torus.as_ref())?)
-                    }
-                    None => None,
-                }
+            Support::Annulus { shape, stiffness_factor: factor, material, .. } => {
+                stiffness_factor = *factor;
+                let torus = under_last(shape, scene);
+                let (mesh, material) = ring_mesh(&torus, *factor, material, scene)?;
+                let named = |source| FeaError::Body { body: "support".into(), source };
+                let body = Body::new(mesh, &material, &["clamped"], &["contact"]).map_err(named)?;
+                let pair = Pair::on_ring(&kinds[of_bead[last]], beads[last].radius, &body, &torus)?;
+                origins.extend(pair.ring_centre.map(|centre| origins[last] - centre));
+                pairs.push(pair);
+                Some(body)
             }
         };
         contacts.push(pairs.len() - 1);
@@ -250,53 +230,37 @@ impl Arrangement {
     }
 }
 
-/// Whether the nodes of a pole's boundary lie on a sphere of that radius (m), to a millionth of it: then its gaps are known between them too.
-fn is_sphere(mesh: &Mesh, boundary: &str, radius: f64) -> bool {
-    let (front, back) = mesh.poles();
-    let centre = if boundary == "back" { back - radius } else { front + radius };
-    mesh.boundary(boundary).is_some_and(|boundary| {
-        boundary.nodes.iter().all(|&node| {
-            let [r, z] = mesh.nodes[node as usize];
-            (r.hypot(z - centre) - radius).abs() <= 1e-6 * radius
-        })
-    })
-}
-
-/// Mesh of a bead of a scene, and the materials its elements name.
-pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
+/// Mesh of a bead of a scene.
+pub fn bead_mesh(bead: &Bead, scene: &Scene) -> Result<Mesh, MeshError> {
     let settings = scene.model.meshing();
-    match &bead.mesh {
-        None => {
-            let form = BeadMesh {
-                elements: settings.elements,
-                patch_radius: settings.contact_patch,
-                ..BeadMesh::of_density(settings.density as usize)
-            };
-            Ok((mesh::bead(bead.radius, &form)?, vec![bead.material.clone()]))
-        }
-        Some(file) => imported(file, &bead.material, scene),
-    }
+    mesh::bead(bead.radius, &BeadMesh { density: settings.density as usize, patch_radius: settings.contact_patch })
 }
 
-/// Mesh of the support of a scene, and the materials its elements name; none where it is a flat.
-pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Vec<Material>)>, FeaError> {
+/// Mesh of the support of a scene and its material; none where it is a flat.
+pub(crate) fn support_mesh(scene: &Scene) -> Result<Option<(Mesh, Material)>, FeaError> {
     match &scene.support {
         Support::Flat(_) | Support::Free | Support::Spring { .. } | Support::Foundation { .. } => Ok(None),
         Support::Disc { shape, mesh_density } => {
             let disc = Disc::for_contact(shape, *mesh_density as usize)
                 .map_err(|source| FeaError::Front(Box::new(source.into())))?;
-            Ok(Some((disc.into_body().mesh().clone(), vec![shape.material.clone()])))
+            Ok(Some((disc.into_body().mesh().clone(), shape.material.clone())))
         }
-        Support::Annulus { shape, stiffness_factor: factor, material, .. } => {
-            let (settings, torus) = (scene.model.meshing(), under_last(shape, scene));
-            let on_ring = AnnulusMesh::on(&torus, settings.density as usize);
-            let form = AnnulusMesh { elements: settings.elements, ..on_ring };
-            // A stiffer or softer support is the same body of another modulus.
-            let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
-            Ok(Some((mesh::annulus(&torus, &form)?, vec![material])))
+        Support::Annulus { shape, stiffness_factor, material, .. } => {
+            Ok(Some(ring_mesh(&under_last(shape, scene), *stiffness_factor, material, scene)?))
         }
-        Support::Body { mesh, material, .. } => imported(mesh, material, scene).map(Some),
     }
+}
+
+/// Mesh of a ring and its material: a stiffer or softer support is the same body of another modulus.
+fn ring_mesh(
+    torus: &HalfTorus,
+    factor: f64,
+    material: &Material,
+    scene: &Scene,
+) -> Result<(Mesh, Material), MeshError> {
+    let form = AnnulusMesh::on(torus, scene.model.meshing().density as usize);
+    let material = Material { youngs_modulus: factor * material.youngs_modulus, ..material.clone() };
+    Ok((mesh::annulus(torus, &form)?, material))
 }
 
 /// The ring of a scene with the bead that lies on it, where there is one.
@@ -308,27 +272,7 @@ fn under_last(shape: &AnnulusShape, scene: &Scene) -> HalfTorus {
     HalfTorus::under(shape, scene.chain.beads.last().map_or(0.0, |bead| bead.radius))
 }
 
-fn bead_body(bead: &Bead, number: usize, scene: &Scene, mass: ContactMass) -> Result<Body, FeaError> {
-    let (mesh, materials) = bead_mesh(bead, scene)?;
+fn bead_body(bead: &Bead, number: usize, scene: &Scene) -> Result<Body, FeaError> {
     let named = |source| FeaError::Body { body: format!("bead {number}"), source };
-    Body::new(mesh, &materials, &[], &["front", "back"], mass).map_err(named)
-}
-
-fn support_body(mesh: Mesh, materials: &[Material], mass: ContactMass) -> Result<Body, FeaError> {
-    let named = |source| FeaError::Body { body: "support".into(), source };
-    Body::new(mesh, materials, &["clamped"], &["contact"], mass).map_err(named)
-}
-
-fn imported(file: &MeshFile, material: &Material, scene: &Scene) -> Result<(Mesh, Vec<Material>), FeaError> {
-    let (mesh, names) = mesh::gmsh::import(&file.path, file.unit)?;
-    let materials = names.iter().map(|name| {
-        // A surface without a name is of the body's own material.
-        if name.is_empty() || *name == material.name {
-            return Ok(material.clone());
-        }
-        let found = scene.materials.iter().find(|material| material.name == *name);
-        found.cloned().ok_or_else(|| FeaError::UnknownMaterial { file: file.path.clone(), name: name.clone() })
-    });
-    let materials = materials.collect::<Result<_, _>>()?;
-    Ok((mesh, materials))
+    Body::new(bead_mesh(bead, scene)?, &bead.material, &[], &["front", "back"]).map_err(named)
 }

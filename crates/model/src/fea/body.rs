@@ -1,4 +1,4 @@
-//! A body: a mesh with its materials, boundary conditions, stiffness and mass.
+//! A body: a mesh with its material, boundary conditions, stiffness and mass.
 //!
 //! ```text
 //! M ü + K u = f,   u_r = 0 on the axis,   u = 0 on clamped boundaries
@@ -17,10 +17,7 @@ use super::{
     element::ElementMatrices,
     mesh::Mesh,
 };
-use crate::{
-    scene::{ContactMass, Material},
-    tally,
-};
+use crate::{scene::Material, tally};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Hold {
@@ -33,7 +30,7 @@ pub(crate) enum Hold {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     mesh: Mesh,
-    materials: Vec<Material>,
+    material: Material,
     dofs: DofMap,
     stiffness: SymmetricSparse,
     mass: SymmetricSparse,
@@ -45,39 +42,29 @@ pub struct Body {
 impl Body {
     /// Assemble the body.
     ///
-    /// - `materials`: indexed by [`super::mesh::Element::material`]
     /// - `clamped`: names of boundaries whose nodes do not move
-    /// - `contact`: names of boundaries that may touch something; only `contact_mass` looks at them
-    pub fn new(
-        mesh: Mesh,
-        materials: &[Material],
-        clamped: &[&str],
-        contact: &[&str],
-        contact_mass: ContactMass,
-    ) -> Result<Self, BodyError> {
+    /// - `contact`: names of boundaries that may touch something: their nodes carry no mass, the rest of each touched element carries all of
+    ///   its mass. The contact is then quasi-static, and its force converges as the step falls. Without any the mass is consistent.
+    pub fn new(mesh: Mesh, material: &Material, clamped: &[&str], contact: &[&str]) -> Result<Self, BodyError> {
         let held: Vec<(&str, Hold)> = clamped.iter().map(|&name| (name, Hold::Clamped)).collect();
-        Self::held(mesh, materials, &held, contact, contact_mass)
+        Self::held(mesh, material, &held, contact)
     }
 
     /// Assemble a body whose boundaries are held one way or the other; else as [`Body::new`].
     pub(crate) fn held(
         mesh: Mesh,
-        materials: &[Material],
+        material: &Material,
         held: &[(&str, Hold)],
         contact: &[&str],
-        contact_mass: ContactMass,
     ) -> Result<Self, BodyError> {
-        error::check(&mesh, materials)?;
+        error::check(&mesh, material)?;
         tally::add(|made| made.bodies += 1);
         let named = |hold: &[Hold]| -> Vec<&str> {
             held.iter().filter(|(_, how)| hold.contains(how)).map(|&(name, _)| name).collect()
         };
         let clamped = marked(&mesh, &named(&[Hold::Clamped]))?;
         let held = marked(&mesh, &named(&[Hold::Clamped, Hold::Axial]))?;
-        let mut bare = marked(&mesh, contact)?;
-        if contact_mass == ContactMass::Consistent {
-            bare.fill(false);
-        }
+        let bare = marked(&mesh, contact)?;
         let is_free: Vec<bool> =
             (0..mesh.nodes.len()).flat_map(|n| [!clamped[n] && mesh.nodes[n][0] != 0.0, !held[n]]).collect();
         let dofs = DofMap::new(is_free);
@@ -86,20 +73,13 @@ impl Body {
         let mut mass = neighbours.clone();
         let mut stiffness = by_direction(&neighbours);
         for (index, element) in mesh.elements.iter().enumerate() {
-            let nodes = element.nodes();
-            let mut places = [[0.0; 2]; 8];
-            let mut massless = [false; 8];
-            for (k, &node) in nodes.iter().enumerate() {
-                places[k] = mesh.nodes[node as usize];
-                massless[k] = bare[node as usize];
-            }
-            let material = &materials[element.material as usize];
-            let mut matrices = ElementMatrices::new(element.shape, &places[..nodes.len()], material)
+            let massless = element.map(|node| bare[node as usize]);
+            let mut matrices = ElementMatrices::new(&mesh.places(element), material)
                 .map_err(|source| BodyError::Element { element: index, source })?;
-            if massless.contains(&true) && !matrices.drop_mass(&massless[..nodes.len()]) {
+            if massless.contains(&true) && !matrices.drop_mass(&massless) {
                 return Err(BodyError::MasslessElement { element: index });
             }
-            scatter(&mut stiffness, &mut mass, nodes, &matrices);
+            scatter(&mut stiffness, &mut mass, element, &matrices);
         }
         let stiffness = stiffness.without(|dof| dofs.is_free(dof));
         let mass = mass.without(|node| !bare[node as usize]);
@@ -109,16 +89,15 @@ impl Body {
         mass.multiply(&ones, &mut node_mass, 1);
         let total_mass = node_mass.iter().sum();
         let is_free = !held.contains(&true);
-        let materials = materials.to_vec();
-        Ok(Self { mesh, materials, dofs, stiffness, mass, node_mass, total_mass, is_free })
+        Ok(Self { mesh, material: material.clone(), dofs, stiffness, mass, node_mass, total_mass, is_free })
     }
 
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    pub(crate) fn materials(&self) -> &[Material] {
-        &self.materials
+    pub(crate) fn material(&self) -> &Material {
+        &self.material
     }
 
     pub fn dofs(&self) -> &DofMap {
@@ -205,8 +184,8 @@ fn marked(mesh: &Mesh, names: &[&str]) -> Result<Vec<bool>, BodyError> {
 fn neighbours(mesh: &Mesh) -> SymmetricSparse {
     let mut below: Vec<Vec<u32>> = vec![Vec::new(); mesh.nodes.len()];
     for element in &mesh.elements {
-        for &column in element.nodes() {
-            below[column as usize].extend(element.nodes().iter().filter(|&&row| row >= column));
+        for &column in element {
+            below[column as usize].extend(element.iter().filter(|&&row| row >= column));
         }
     }
     let mut starts = vec![0];
@@ -234,7 +213,7 @@ fn by_direction(nodes: &SymmetricSparse) -> SymmetricSparse {
     SymmetricSparse::zeros(starts, rows)
 }
 
-fn scatter(stiffness: &mut SymmetricSparse, mass: &mut SymmetricSparse, nodes: &[u32], element: &ElementMatrices) {
+fn scatter(stiffness: &mut SymmetricSparse, mass: &mut SymmetricSparse, nodes: &[u32; 8], element: &ElementMatrices) {
     for (i, &row) in nodes.iter().enumerate() {
         for (j, &column) in nodes.iter().enumerate().filter(|&(_, &column)| column <= row) {
             mass.add(row, column, element.mass[i][j]);

@@ -48,8 +48,6 @@ impl Equilibrium {
 #[derive(Debug, Clone)]
 pub(crate) struct Statics {
     factors: Vec<StaticFactor>,
-    /// Dense static compliance of every kind's interface, row by row, m/N.
-    pub inverse: Vec<Vec<f64>>,
     links: Vec<Link>,
     compliances: Vec<Compliance>,
     couplings: Vec<Vec<f64>>,
@@ -65,7 +63,7 @@ impl Statics {
         let inverse: Vec<Vec<f64>> =
             factors.iter().zip(&arrangement.kinds).map(|(factor, body)| factor.interface_compliance(body)).collect();
         let (links, compliances, couplings) = condensed(arrangement, interfaces, &inverse, 1.0)?;
-        Ok(Self { factors, inverse, links, compliances, couplings })
+        Ok(Self { factors, links, compliances, couplings })
     }
 
     /// W of a contact, m/N.

@@ -1,7 +1,5 @@
 //! Why a contact finite element analysis cannot be run, or failed.
 
-use std::path::PathBuf;
-
 use thiserror::Error;
 
 use super::{
@@ -22,9 +20,7 @@ pub enum FeaError {
     Modes { body: String, source: ModesError },
     #[error(transparent)]
     Pair(#[from] PairError),
-    #[error(
-        "`{key}` = \"half-space\": it cannot be meshed; use \"rigid\", or `support.mesh` with a body of your own, or model.kind = \"chain\""
-    )]
+    #[error("`{key}` = \"half-space\": it cannot be meshed; use \"rigid\", or model.kind = \"chain\"")]
     HalfSpace { key: &'static str },
     #[error("model `fea` does not have {what}; set `model.kind` = \"chain\"")]
     BeyondModel { what: &'static str },
@@ -35,19 +31,9 @@ pub enum FeaError {
     #[error("an analysis with water behind the disc cannot be taken up again; run it from the start")]
     WaterNotKept,
     #[error(
-        "`{key}` is of the material of a support that is a meshed body, an annulus or one from a file; this scene's is none, or a disc that steps with its          water: leave the key out"
+        "`{key}` is of the material of an annulus; this scene's support is none, or a disc that steps with its water: leave the key out"
     )]
     LossWithoutBody { key: &'static str },
-    #[error(
-        "bead {bead} is an imported body: on this support it must be a sphere, whose gap is known exactly; drop its `mesh`"
-    )]
-    SphereNeeded { bead: usize },
-    #[error(
-        "`support.normal` = \"moving\" starts without precompression only, found {force:e} N; use \"fixed\" or no precompression"
-    )]
-    MovingNormalPrecompressed { force: f64 },
-    #[error("{}: physical group `{name}` names no material of the scene; add [materials.{name}] or rename the group", file.display())]
-    UnknownMaterial { file: PathBuf, name: String },
     #[error(
         "contact {contact} (1 = piston): its compliance is not positive definite; two of its points coincide or a body is not held"
     )]

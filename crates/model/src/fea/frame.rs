@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Simulation, arrangement::Arrangement, body::Body, element::von_mises};
+use super::{Simulation, arrangement::Arrangement, element::von_mises};
 use crate::response::{Field, FieldBody, FieldMesh};
 
 #[derive(Debug, Clone)]
@@ -17,8 +17,7 @@ impl Frames {
 
     /// Displacement, velocity and stress of all bodies now, beads first, then the support.
     ///
-    /// Bodies stand where they just touch. The stress of a node where materials meet is that of the larger von Mises stress. The velocity
-    /// of a node without mass is its displacement in the last step over the step.
+    /// Bodies stand where they just touch. The velocity of a node without mass is its displacement in the last step over the step.
     pub fn field(&self, simulation: &Simulation) -> Field {
         let arrangement = simulation.arrangement();
         let slots = 1..=arrangement.beads.len() + 1;
@@ -33,23 +32,10 @@ impl Frames {
             };
             body.displacement = pairs(displacement);
             body.velocity = pairs(velocity);
-            body.stress = stress(&arrangement.kinds[kind], displacement, column);
+            body.stress = arrangement.kinds[kind].stress(displacement, column);
             body.von_mises = body.stress.iter().map(|stress| von_mises(*stress)).collect();
             Some(body)
         });
         Field { time: simulation.time(), bodies: bodies.collect() }
     }
-}
-
-/// (rr, zz, θθ, rz) at every node, Pa.
-pub(super) fn stress(body: &Body, displacement: &super::assembly::Columns, column: usize) -> Vec<[f64; 4]> {
-    let stress = body.stress(displacement, column);
-    let materials = 0..body.materials().len() as u16;
-    let nodes = 0..body.mesh().nodes.len() as u32;
-    nodes
-        .map(|node| {
-            let all = materials.clone().filter_map(|material| stress.at(node, material));
-            all.max_by(|one, other| von_mises(*one).total_cmp(&von_mises(*other))).unwrap_or([0.0; 4])
-        })
-        .collect()
 }

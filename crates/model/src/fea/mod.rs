@@ -34,7 +34,6 @@ pub(crate) mod scheme;
 pub(crate) mod simulation;
 pub mod statics;
 pub(crate) mod trace;
-mod turning;
 pub(crate) mod yielding;
 
 pub use control::{Control, Cut};

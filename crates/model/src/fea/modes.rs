@@ -145,9 +145,7 @@ fn shift(body: &Body) -> f64 {
         }
     }
     let size = (high[0] - low[0]).powi(2) + (high[1] - low[1]).powi(2);
-    let speed =
-        body.materials().iter().map(|material| material.youngs_modulus / material.density).fold(f64::MAX, f64::min);
-    speed / size
+    body.material().youngs_modulus / body.material().density / size
 }
 
 struct Polish<'a> {

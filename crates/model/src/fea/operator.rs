@@ -3,7 +3,6 @@
 use super::{
     FeaError,
     arrangement::Arrangement,
-    assembly::{Columns, Direction, DofMap},
     contact::{
         chain::{Contacts, DashpotBase, Link, Mobility},
         complementarity::Compliance,
@@ -22,8 +21,6 @@ pub(crate) struct Operator {
     pub factors: Vec<Factor>,
     /// What every kind loses in a step; none where nothing.
     pub(crate) losses: Vec<Option<StepLoss>>,
-    /// Dense inverse of every kind's factor over its interface, row by row.
-    pub inverse: Vec<Vec<f64>>,
     pub contacts: Contacts,
 }
 
@@ -248,49 +245,12 @@ impl Operator {
             .collect();
         let contacts =
             Contacts { links, compliances, couplings, mobilities, dashpot_base: DashpotBase::default(), tension };
-        Ok(Self { coefficients, factors, losses, inverse, contacts })
+        Ok(Self { coefficients, factors, losses, contacts })
     }
 
     /// Let what the last contact touches give way besides by a compliance of its points (row by row, m/N).
     pub(crate) fn soften_last(&mut self, arrangement: &Arrangement, further: &[f64]) -> Result<(), FeaError> {
         let last = arrangement.contacts.len() - 1;
         soften(&mut self.contacts.compliances[self.contacts.links[last].compliance], arrangement, further)
-    }
-
-    pub(crate) fn turn_last(&mut self, arrangement: &Arrangement, interfaces: &Interfaces) {
-        let last = arrangement.contacts.len() - 1;
-        let gain = self.coefficients.new_force_gain();
-        let faces = &interfaces.faces[last];
-        let link = &mut self.contacts.links[last];
-        for (own, face) in [&mut link.axial_before, &mut link.axial_after].into_iter().zip(faces) {
-            own.copy_from_slice(&face.axial);
-        }
-        let matrix = self.contacts.compliances[link.compliance].rewrite();
-        interfaces.compliance(arrangement, last, &self.inverse, gain, matrix);
-        if let (Some(coupling), Some(kind)) = (link.coupling, arrangement.kind(last)) {
-            interfaces.coupling(last, kind, &self.inverse, gain, &mut self.contacts.couplings[coupling]);
-        }
-    }
-
-    /// New displacements of the interface unknowns of the body in a slot, m, from those without forces, the forces on them (N) and the shift
-    /// of the whole body (m).
-    #[allow(clippy::too_many_arguments, reason = "the parts of a step, borrowed apart")]
-    pub(crate) fn interface_displacement(
-        &self,
-        arrangement: &Arrangement,
-        interfaces: &Interfaces,
-        slot: usize,
-        free: (&Columns, usize),
-        forces: &[f64],
-        shift: f64,
-        out: &mut [f64],
-    ) {
-        let Some(kind) = arrangement.kind(slot) else { return };
-        let (inverse, gain, size) = (&self.inverse[kind], self.coefficients.new_force_gain(), forces.len());
-        for (row, (value, &unknown)) in out.iter_mut().zip(&interfaces.unknowns[kind]).enumerate() {
-            let answer: f64 = inverse[row * size..(row + 1) * size].iter().zip(forces).map(|(w, f)| w * f).sum();
-            let axial = DofMap::place(unknown).1 == Direction::Axial;
-            *value = free.0.get(row, free.1) + gain * answer + if axial { shift } else { 0.0 };
-        }
     }
 }

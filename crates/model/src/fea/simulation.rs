@@ -5,6 +5,8 @@
 //! allocated in it. A step without a solution, or one in which contacts make energy from nothing, leaves no trace: it is tried again as two
 //! steps of half the size, whose factor is made when it is first needed and kept.
 
+#[cfg(test)]
+mod bar;
 mod snapshot;
 mod warnings;
 
@@ -22,11 +24,10 @@ use super::{
     loss::refuse_losses,
     motion::Motion,
     operator::{Interfaces, Operator},
-    profile::Profile,
+    profile::{Laps, Profile},
     resolution,
     scheme::Coefficients,
     trace::{Sampling, Trace, Watched},
-    turning::{Turned, Turning},
     yielding::yield_forces,
 };
 use crate::{
@@ -65,7 +66,6 @@ pub struct Simulation<'a> {
     predicted_gaps: Vec<Vec<f64>>,
     rigid: Vec<RigidPrediction>,
     workspace: Workspace,
-    turning: Option<Turning>,
     water: Option<WaterSettings>,
     wet: Option<Wet>,
     watched: Watched,
@@ -114,16 +114,27 @@ impl<'a> Simulation<'a> {
     }
 
     pub fn with_motion(scene: &Scene, drive: Box<dyn PistonMotion + 'a>, control: Control) -> Result<Self, FeaError> {
-        let mut profile = Profile::default();
-        let mut lap = profile.start();
+        let lap = Profile::default().start();
         refuse_losses(scene)?;
         if let Some((_, what)) = scene.beyond_model() {
             return Err(FeaError::BeyondModel { what });
         }
         let arrangement = Arrangement::new(scene)?;
+        Self::of(arrangement, scene, drive, control, lap)
+    }
+
+    /// Of bodies that are meshed already, since `lap` began.
+    fn of(
+        arrangement: Arrangement,
+        scene: &Scene,
+        drive: Box<dyn PistonMotion + 'a>,
+        control: Control,
+        mut lap: Laps,
+    ) -> Result<Self, FeaError> {
+        let mut profile = Profile::default();
         resolution::check(
             scene,
-            arrangement.pairs.iter().filter(|pair| pair.ring.is_none()).map(|pair| &pair.gaps[..]),
+            arrangement.pairs.iter().filter(|pair| !pair.is_on_ring()).map(|pair| &pair.gaps[..]),
         )?;
         let interfaces = Interfaces::new(&arrangement);
         profile.assembly += lap.lap();
@@ -179,9 +190,7 @@ impl<'a> Simulation<'a> {
             scene.horn.is_some() || attached[0].hold.is_some() || arrangement.losses.iter().any(Option::is_some);
         balance.balance.channels = has_channels.then(Channels::default);
         let piston = drive.at(0.0).0;
-        let turning = Turning::new(scene, &arrangement, &interfaces)?;
         let mut simulation = Self {
-            turning,
             water: scene.water.clone(),
             wet,
             trace: Trace::new(&arrangement, sampling),
@@ -363,48 +372,24 @@ impl<'a> Simulation<'a> {
             let [displacement, velocity] = disc.predicted_modes();
             *base = RigidPrediction { displacement, velocity };
         }
-        if let Some(turning) = &mut self.turning {
-            turning.follow(motion, interfaces, arrangement, &self.rest_overlaps, &mut self.rest_gaps);
-            operator.turn_last(arrangement, interfaces);
+        let value = |slot, row| motion.free_interface(slot).map(|(free, column)| free.get(row, column));
+        let (rest, links) = (&self.rest_gaps, &operator.contacts.links);
+        interfaces.gaps(rest, links, piston, value, &mut self.predicted_gaps);
+        if let (Some(wet), Some(gaps)) = (&self.wet, self.predicted_gaps.last_mut()) {
+            gaps.iter_mut().zip(wet.disc.predicted()).for_each(|(gap, retreat)| *gap += retreat);
         }
-        loop {
-            let value = |slot, row| motion.free_interface(slot).map(|(free, column)| free.get(row, column));
-            let (rest, links) = (&self.rest_gaps, &operator.contacts.links);
-            interfaces.gaps(rest, links, piston, value, &mut self.predicted_gaps);
-            if let (Some(wet), Some(gaps)) = (&self.wet, self.predicted_gaps.last_mut()) {
-                gaps.iter_mut().zip(wet.disc.predicted()).for_each(|(gap, retreat)| *gap += retreat);
-            }
-            let effort = operator
-                .contacts
-                .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
-                .map_err(Cause::of)?;
-            balance.work.contact_sweeps += u64::from(effort.sweeps);
-            balance.work.active_sets += u64::from(effort.sets);
-            balance.work.dashpot_evaluations += u64::from(effort.dashpots);
-            let Some(turning) = &mut self.turning else { break };
-            balance.work.normal_turns += 1;
-            let last = contacts.len() - 1;
-            let moved = turning.turn(
-                operator,
-                motion,
-                interfaces,
-                arrangement,
-                contacts,
-                &self.rigid[last],
-                self.rest_overlaps[last],
-                &mut self.rest_gaps[last],
-            );
-            match moved {
-                Turned::Settled => break,
-                Turned::Moved => operator.turn_last(arrangement, interfaces),
-                Turned::TooOften => return Err((Cause::NotSettled, last)),
-            }
-        }
+        let effort = operator
+            .contacts
+            .solve(&self.predicted_gaps, &self.rigid, &self.rest_overlaps, contacts, &mut self.workspace)
+            .map_err(Cause::of)?;
+        balance.work.contact_sweeps += u64::from(effort.sweeps);
+        balance.work.active_sets += u64::from(effort.sets);
+        balance.work.dashpot_evaluations += u64::from(effort.dashpots);
         let mut contact_energy = 0.0;
         for (contact, (new, old)) in contacts.iter().zip(before.iter()).enumerate() {
             let pair = &arrangement.pairs[arrangement.contacts[contact]];
             let ends = |i: usize| new.forces[i] > 0.0;
-            if ends(pair.len() - 1) && !pair.is_flat() || (pair.ring.is_some() && ends(0)) {
+            if ends(pair.len() - 1) && !pair.is_flat() || (pair.is_on_ring() && ends(0)) {
                 return Err((Cause::PatchExceeded, contact));
             }
             let made = 0.5

@@ -10,21 +10,15 @@
 use super::{
     FeaError,
     arrangement::Arrangement,
-    contact::{
-        chain::ContactState,
-        complementarity::Scratch,
-        ring::{Ring, SETTLED},
-    },
+    contact::{chain::ContactState, complementarity::Scratch},
     equilibrium::Statics,
     operator::Interfaces,
     trace::contact_radius,
 };
 use crate::{
     contact_law::{bead_flat_stiffness, bead_pair_stiffness, hertz_force},
-    scene::{Chain, ContactNormal, FlatContact, Scene, Support},
+    scene::{Chain, FlatContact, Scene, Support},
 };
-
-const MOST_TURNS: u32 = 50;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touching {
@@ -60,10 +54,8 @@ pub struct StaticState {
 #[derive(Debug, Clone)]
 pub struct Curve {
     arrangement: Arrangement,
-    interfaces: Interfaces,
     contact: usize,
     loading: Loading,
-    moving: bool,
     statics: Statics,
     /// k of Hertz' law for this pair, N·m^(-3/2); none on an annulus.
     hertz: Option<f64>,
@@ -77,7 +69,7 @@ impl Curve {
             Touching::BeadBead | Touching::BeadFlat => &beads[0],
         };
         let count = if touching == Touching::BeadBead { 2 } else { 1 };
-        let support = match (touching, scene.support.normal()) {
+        let support = match (touching, scene.support.ring()) {
             (Touching::BeadAnnulus, Some(_)) => scene.support.clone(),
             (Touching::BeadAnnulus, None) => Support::resin_annulus(1.0),
             _ => Support::Flat(FlatContact::Rigid),
@@ -91,16 +83,14 @@ impl Curve {
         };
         let part = Scene { chain, support, piston: FlatContact::Rigid, ..scene.clone() };
         let arrangement = Arrangement::new(&part)?;
-        let interfaces = Interfaces::new(&arrangement);
         let contact = 1;
-        let statics = Statics::new(&arrangement, &interfaces)?;
-        let moving = part.support.normal() == Some(ContactNormal::Moving);
+        let statics = Statics::new(&arrangement, &Interfaces::new(&arrangement))?;
         let hertz = match touching {
             Touching::BeadBead => Some(bead_pair_stiffness(bead, bead)),
             Touching::BeadFlat => Some(bead_flat_stiffness(bead, FlatContact::Rigid)),
             Touching::BeadAnnulus => None,
         };
-        Ok(Self { arrangement, interfaces, contact, loading, moving, statics, hertz })
+        Ok(Self { arrangement, contact, loading, statics, hertz })
     }
 
     /// Force of Hertz' law at the approach δ (m), N; none on an annulus.
@@ -113,10 +103,9 @@ impl Curve {
         let pair = &self.arrangement.pairs[self.arrangement.contacts[self.contact]];
         let mut state = ContactState::open(pair.len());
         let mut sets = 0;
-        match (self.loading, &pair.ring) {
-            (Loading::BothPoles, _) => state.forces = self.squeezed(approach)?,
-            (Loading::OneSided, Some(ring)) if self.moving => sets = self.turned(ring, approach, &mut state)?,
-            (Loading::OneSided, _) => {
+        match self.loading {
+            Loading::BothPoles => state.forces = self.squeezed(approach)?,
+            Loading::OneSided => {
                 let free: Vec<f64> =
                     pair.gaps.iter().zip(&pair.axial_before).map(|(gap, axial)| gap - axial * approach).collect();
                 let solved = self
@@ -128,7 +117,7 @@ impl Curve {
             }
         }
         let edge = pair.len() - 1;
-        if state.forces[edge] > 0.0 || (pair.ring.is_some() && state.forces[0] > 0.0) {
+        if state.forces[edge] > 0.0 || (pair.is_on_ring() && state.forces[0] > 0.0) {
             return Err(self.beyond(approach, sets));
         }
         if state.pressing == 0.0 {
@@ -146,39 +135,6 @@ impl Curve {
     fn beyond(&self, approach: f64, iterations: u32) -> FeaError {
         let force = self.hertz_force(approach).unwrap_or(f64::NAN);
         FeaError::NoEquilibrium { force, contact: self.contact + 1, iterations }
-    }
-
-    /// The same on a ring whose normals move with the sphere: solved, turned to the displacements found, and so on. Returns the sets tried.
-    fn turned(&self, ring: &Ring, approach: f64, state: &mut ContactState) -> Result<u32, FeaError> {
-        let (contact, statics) = (self.contact, &self.statics);
-        let mut interfaces = self.interfaces.clone();
-        let mut linearised = ring.at_rest();
-        let mut compliance = statics.compliance(contact).clone();
-        let (mut scratch, mut sets) = (Scratch::new(state.forces.len()), 0);
-        let rest = linearised.offsets.iter().zip(&linearised.normals);
-        let mut free: Vec<f64> = rest.map(|(offset, normal)| offset - normal[1] * approach).collect();
-        for _ in 0..MOST_TURNS {
-            let solved = compliance
-                .solve(&free, &mut state.forces, &mut state.gaps, &mut scratch)
-                .map_err(|failed| self.beyond(approach, failed.iterations))?;
-            sets += solved.iterations;
-            state.pressing = state.forces.iter().zip(&linearised.normals).map(|(force, n)| force * n[1]).sum();
-            let displacements = [0, 1].map(|side| {
-                let Some(kind) = self.arrangement.kind(contact + side) else { return Vec::new() };
-                let size = interfaces.unknowns[kind].len();
-                let mut forces = vec![0.0; size];
-                interfaces.faces[contact][side].press(&state.forces, &mut forces);
-                let rows = statics.inverse[kind].chunks_exact(size);
-                rows.map(|row| row.iter().zip(&forces).map(|(w, f)| w * f).sum()).collect()
-            });
-            let value = |side: usize, unknown: usize| -> f64 { displacements[side][unknown] };
-            let faces = &mut interfaces.faces[contact];
-            if ring.follow(faces, value, 0.0, approach, &mut linearised, &mut free) <= SETTLED {
-                return Ok(sets);
-            }
-            interfaces.compliance(&self.arrangement, contact, &statics.inverse, 1.0, compliance.rewrite());
-        }
-        Err(self.beyond(approach, sets))
     }
 
     /// Forces of the contact when the whole row carries one force and this contact has the approach δ (m); bisection of a monotone

@@ -99,7 +99,7 @@ fn axis_node(arrangement: &Arrangement, kind: usize, fraction: f64) -> u32 {
 pub(crate) fn contact_radius(pair: &Pair, state: &ContactState) -> f64 {
     let Some(last) = state.forces.iter().rposition(|&force| force > 0.0) else { return 0.0 };
     let first = state.forces.iter().position(|&force| force > 0.0).unwrap_or(0);
-    edge_radius(&pair.positions, pair.ring.is_some(), [first, last + 1])
+    edge_radius(&pair.positions, pair.is_on_ring(), [first, last + 1])
 }
 
 /// The same, m, from where the points lie (m), whether it is a ring, and the points from the first pressed to behind the last.
@@ -184,7 +184,7 @@ mod tests {
         let mut pair = arrangement.pairs[if ring { arrangement.pairs.len() - 1 } else { 0 }].clone();
         pair.positions = positions.to_vec();
         pair.gaps = vec![0.0; positions.len()];
-        assert_eq!(pair.ring.is_some(), ring);
+        assert_eq!(pair.is_on_ring(), ring);
         assert_eq!(pair.ordering == Ordering::Any, ring);
         pair
     }

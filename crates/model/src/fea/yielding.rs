@@ -14,7 +14,7 @@ pub(crate) fn yield_forces(scene: &Scene) -> Vec<Option<f64>> {
     let beads = &scene.chain.beads;
     let strength = |bead: &Bead| {
         let own = (bead.material.name == "chrome-steel").then_some(CHROME_STEEL);
-        scene.yield_strength.or(own).filter(|_| bead.mesh.is_none())
+        scene.yield_strength.or(own)
     };
     let on = |bead: &Bead, other: Result<&Bead, Option<&Material>>| {
         let weaker = other.map_or(Some(f64::INFINITY), strength)?.min(strength(bead)?);

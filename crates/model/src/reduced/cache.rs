@@ -15,7 +15,7 @@ use std::{
 use serde::{Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};
 
-use super::reduction::{Reduction, plain, refuse_turning};
+use super::reduction::{Reduction, plain};
 use crate::{
     ModelError,
     chain::FiniteBodyLaws,
@@ -65,7 +65,6 @@ impl Cache {
 
     /// The reduced bodies of a scene: from the folder if it holds them, else made and kept there. That they cannot be kept is no error.
     pub(crate) fn reduction(&self, scene: &Scene) -> Result<(Reduction, Origin), ModelError> {
-        refuse_turning(scene)?;
         let key = key(scene)?;
         let path = self.folder.join(format!("{}{key}{}", NAME.0, NAME.1));
         if let Some(reduction) = read::<Reduction>(&path, HEADER, &key) {
@@ -192,43 +191,37 @@ fn key(scene: &Scene) -> Result<String, FeaError> {
         digest.update(format!("bead {kind} {:x}\n", bead.radius.to_bits()));
         if kind == known.len() {
             known.push(bead);
-            let (mesh, materials) = bead_mesh(bead, &scene)?;
-            add(&mut digest, &mesh, &materials);
+            add(&mut digest, &bead_mesh(bead, &scene).map_err(FeaError::from)?, &bead.material);
         }
     }
     digest.update(format!("piston {:?}\n", scene.piston));
     // A spring is no part of the bodies.
-    let support = match (scene.support.flat(), scene.support.disc(), scene.support.normal()) {
+    let support = match (scene.support.flat(), scene.support.disc()) {
         _ if scene.support.spring().is_some() => "flat on a spring".to_owned(),
         // Bodies that end at a rigid flat are those that end free: no run presses their last contact.
-        (Some(flat), ..) => format!("{flat:?}"),
-        (None, Some((shape, _)), _) => format!("disc, rim {}", shape.rim.name()),
-        (None, None, normal) => normal.map_or_else(String::new, |normal| format!("body with a {normal:?} normal")),
+        (Some(flat), _) => format!("{flat:?}"),
+        (None, Some((shape, _))) => format!("disc, rim {}", shape.rim.name()),
+        (None, None) => "body".to_owned(),
     };
     digest.update(format!("support {support}\n"));
-    if let Some((mesh, materials)) = support_mesh(&scene)? {
-        add(&mut digest, &mesh, &materials);
+    if let Some((mesh, material)) = support_mesh(&scene)? {
+        add(&mut digest, &mesh, &material);
     }
     Ok(hexadecimal(&digest.finalize()))
 }
 
-fn add(digest: &mut Sha256, mesh: &Mesh, materials: &[Material]) {
+fn add(digest: &mut Sha256, mesh: &Mesh, material: &Material) {
     digest.update(format!("mesh {} {}\n", mesh.nodes.len(), mesh.elements.len()));
     for place in mesh.nodes.iter().flatten() {
         digest.update(place.to_le_bytes());
     }
-    for element in &mesh.elements {
-        digest.update(element.material.to_le_bytes());
-        element.nodes().iter().for_each(|node| digest.update(node.to_le_bytes()));
-    }
+    mesh.elements.iter().flatten().for_each(|node| digest.update(node.to_le_bytes()));
     for boundary in &mesh.boundaries {
         digest.update(format!("boundary {} {}\n", boundary.name, boundary.nodes.len()));
         boundary.nodes.iter().for_each(|node| digest.update(node.to_le_bytes()));
     }
-    for material in materials {
-        let bits = [material.youngs_modulus, material.poissons_ratio, material.density].map(f64::to_bits);
-        digest.update(format!("material {bits:x?}\n"));
-    }
+    let bits = [material.youngs_modulus, material.poissons_ratio, material.density].map(f64::to_bits);
+    digest.update(format!("material {bits:x?}\n"));
 }
 
 #[cfg(test)]
@@ -297,7 +290,6 @@ mod tests {
         let mut keys = vec![key(&scene(&[])).unwrap()];
         for other in [
             "model.mesh_density=4",
-            "model.elements=mixed",
             "model.modes=3",
             "chain.beads=5",
             "chain.radius=0.501 mm",

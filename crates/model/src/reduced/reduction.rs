@@ -10,7 +10,7 @@ use crate::{
         simulation::FIXED_NORMAL_TRAVEL, trace::Watched,
     },
     response::Response,
-    scene::{ContactNormal, Scene},
+    scene::Scene,
     water::front::Front,
 };
 
@@ -104,7 +104,6 @@ impl Geometry {
 impl Reduction {
     /// Mesh and reduce the bodies of a scene to at most `model.modes` elastic modes each.
     pub(crate) fn new(scene: &Scene) -> Result<Self, ModelError> {
-        refuse_turning(scene)?;
         let arrangement = Arrangement::new(&plain(scene))?;
         let watched = Watched::new(&arrangement);
         let last = arrangement.beads.len() - 1;
@@ -140,8 +139,8 @@ impl Reduction {
         }
         let travel = 1e6 * travel;
         vec![format!(
-            "the last bead moved {travel:.1} um into its support; with a fixed normal its force is too large by 0.19 % per um: past 5 um \
-             run `model.kind = \"fea\"` with `support.normal = \"moving\"`"
+            "the last bead moved {travel:.1} um into its support; past 5 um its force is 1 % and more too large (0.19 % per um: contact normals are \
+             those of the undeformed surfaces)"
         )]
     }
 }
@@ -153,15 +152,6 @@ pub(super) fn plain(scene: &Scene) -> Scene {
         *factor = 1.0;
     }
     plain
-}
-
-pub(super) fn refuse_turning(scene: &Scene) -> Result<(), ModelError> {
-    if scene.support.normal() == Some(ContactNormal::Moving) {
-        let reason = "`support.normal = \"moving\"` needs contacts that turn: use \"fixed\", whose force is too large by \
-                      0.19 % per um of travel, or `model.kind = \"fea\"`";
-        return Err(ModelError::Unsupported { model: "reduced", reason: reason.into() });
-    }
-    Ok(())
 }
 
 struct Assembly<'a> {
@@ -255,7 +245,7 @@ impl<'a> Assembly<'a> {
             gaps: pair.gaps.clone(),
             axial: pair.axial_before.clone(),
             positions: pair.positions.clone(),
-            is_ring: pair.ring.is_some(),
+            is_ring: pair.is_on_ring(),
             is_prefix: pair.ordering == Ordering::Prefix,
             is_flat: pair.is_flat(),
         });

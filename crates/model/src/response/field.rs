@@ -4,33 +4,12 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-/// Kind of a cell, numbered as in VTK.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum CellKind {
-    /// Six nodes: three corners anticlockwise, then the middles of sides 1–2, 2–3, 3–1.
-    QuadraticTriangle = 22,
-    /// Eight nodes: four corners anticlockwise, then the middles of sides 1–2, 2–3, 3–4, 4–1.
-    QuadraticQuadrilateral = 23,
-}
-
-impl CellKind {
-    pub(crate) const fn nodes(self) -> usize {
-        match self {
-            Self::QuadraticTriangle => 6,
-            Self::QuadraticQuadrilateral => 8,
-        }
-    }
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldMesh {
     /// Points (r, z) at rest, m.
     pub points: Vec<[f64; 2]>,
-    pub kinds: Vec<CellKind>,
-    /// Points of all cells one after the other.
-    pub connectivity: Vec<u32>,
-    pub materials: Vec<u16>,
+    /// Quadratic quadrilaterals: four corners anticlockwise, then the middles of sides 1–2, 2–3, 3–4, 4–1.
+    pub cells: Vec<[u32; 8]>,
 }
 
 /// One body at one instant. A quantity that was not computed is an empty list, in all bodies of the frame alike.
@@ -65,8 +44,6 @@ pub enum FieldError {
         "field `{quantity}` of `{body}`: expected {expected} values, one a point, found {found}; give all or none in every body"
     )]
     Count { body: String, quantity: &'static str, expected: usize, found: usize },
-    #[error("cells of `{body}`: expected {expected} {what}, found {found}")]
-    Cells { body: String, what: &'static str, expected: usize, found: usize },
     #[error("cells of `{body}`: expected point numbers below {points}, found {found}")]
     Point { body: String, points: usize, found: u32 },
 }
@@ -116,17 +93,7 @@ impl Field {
                     return Err(FieldError::Count { body: named(), quantity, expected, found });
                 }
             }
-            let slots: usize = mesh.kinds.iter().map(|kind| kind.nodes()).sum();
-            let cells = [
-                ("entries of the connectivity", slots, mesh.connectivity.len()),
-                ("materials", mesh.kinds.len(), mesh.materials.len()),
-            ];
-            for (what, expected, found) in cells {
-                if expected != found {
-                    return Err(FieldError::Cells { body: named(), what, expected, found });
-                }
-            }
-            if let Some(&found) = mesh.connectivity.iter().find(|point| **point as usize >= expected) {
+            if let Some(&found) = mesh.cells.iter().flatten().find(|point| **point as usize >= expected) {
                 return Err(FieldError::Point { body: named(), points: expected, found });
             }
         }

@@ -9,7 +9,7 @@ mod vtu;
 mod work;
 
 pub(crate) use balance::EnergySums;
-pub use field::{CellKind, Field, FieldBody, FieldError, FieldMesh};
+pub use field::{Field, FieldBody, FieldError, FieldMesh};
 pub use npy::write_npy;
 pub(crate) use recorder::{Recorder, empty_columns, push};
 pub use table::{columns, write_csv};

@@ -17,6 +17,9 @@ use thiserror::Error;
 
 use super::field::{Field, FieldError};
 
+/// Kind of every cell, as VTK numbers it.
+const QUADRATIC_QUADRILATERAL: u8 = 23;
+
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum VtuError {
@@ -27,7 +30,7 @@ pub enum VtuError {
 }
 
 /// Write a field as one `.vtu`: point data `displacement` (m), `velocity` (m/s), `stress` (Pa; rr, zz, θθ, rz) and `von_mises` (Pa) as far
-/// as it carries them, cell data `body` (from 1, in the order of the field) and `material`, field data `TimeValue` (s).
+/// as it carries them, cell data `body` (from 1, in the order of the field), field data `TimeValue` (s).
 pub fn write_vtu(field: &Field, writer: impl Write) -> Result<(), VtuError> {
     field.check()?;
     write(field, writer).map_err(|source| VtuError::Io { time: field.time, source })
@@ -49,7 +52,7 @@ fn write(field: &Field, writer: impl Write) -> io::Result<()> {
     let mut file = Document::begin(writer, "UnstructuredGrid")?;
     let meshes = || field.bodies.iter().map(|body| &*body.mesh);
     let points: usize = meshes().map(|mesh| mesh.points.len()).sum();
-    let cells: usize = meshes().map(|mesh| mesh.kinds.len()).sum();
+    let cells: usize = meshes().map(|mesh| mesh.cells.len()).sum();
 
     file.open("UnstructuredGrid", &[])?;
     file.open("FieldData", &[])?;
@@ -88,10 +91,8 @@ fn write(field: &Field, writer: impl Write) -> io::Result<()> {
 
     file.open("CellData", &[])?;
     let numbered = || (1_i32..).zip(meshes());
-    let bodies: Vec<i32> = numbered().flat_map(|(number, mesh)| mesh.kinds.iter().map(move |_| number)).collect();
+    let bodies: Vec<i32> = numbered().flat_map(|(number, mesh)| mesh.cells.iter().map(move |_| number)).collect();
     file.array("body", &[], &bodies)?;
-    let materials: Vec<i32> = meshes().flat_map(|mesh| mesh.materials.iter().map(|index| i32::from(*index))).collect();
-    file.array("material", &[], &materials)?;
     file.close("CellData")?;
 
     file.open("Points", &[])?;
@@ -100,22 +101,16 @@ fn write(field: &Field, writer: impl Write) -> io::Result<()> {
     file.close("Points")?;
 
     file.open("Cells", &[])?;
-    let mut connectivity = Vec::new();
-    let mut offsets = Vec::with_capacity(cells);
-    let mut kinds = Vec::with_capacity(cells);
-    let (mut first_point, mut end) = (0_i64, 0_i64);
+    let mut connectivity = Vec::with_capacity(8 * cells);
+    let mut first_point = 0_i64;
     for mesh in meshes() {
-        connectivity.extend(mesh.connectivity.iter().map(|point| first_point + i64::from(*point)));
+        connectivity.extend(mesh.cells.iter().flatten().map(|point| first_point + i64::from(*point)));
         first_point += mesh.points.len() as i64;
-        for kind in &mesh.kinds {
-            end += kind.nodes() as i64;
-            offsets.push(end);
-            kinds.push(*kind as u8);
-        }
     }
+    let offsets: Vec<i64> = (1..=cells as i64).map(|cell| 8 * cell).collect();
     file.array("connectivity", &[], &connectivity)?;
     file.array("offsets", &[], &offsets)?;
-    file.array("types", &[], &kinds)?;
+    file.array("types", &[], &vec![QUADRATIC_QUADRILATERAL; cells])?;
     file.close("Cells")?;
 
     file.close("Piece")?;

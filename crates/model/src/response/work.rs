@@ -40,8 +40,6 @@ pub struct SolverWork {
     pub absorbed_records: u64,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub dashpot_evaluations: u64,
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub normal_turns: u64,
     /// Sweeps over all contacts for the equilibrium under the precompression.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub equilibrium_sweeps: u64,

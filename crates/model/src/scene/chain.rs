@@ -1,6 +1,6 @@
 //! The beads, from piston to support.
 
-use super::{Material, MeshFile};
+use super::Material;
 use granchain_signal::Series;
 
 pub const MOST_BEADS: usize = 1000;
@@ -9,14 +9,12 @@ pub const MOST_BEADS: usize = 1000;
 pub struct Bead {
     pub radius: f64,
     pub material: Material,
-    /// Its mesh for the finite element analysis, if not the program's own of a sphere.
-    pub mesh: Option<MeshFile>,
 }
 
 impl Bead {
     /// A sphere of that radius (m) and material.
     pub fn sphere(radius: f64, material: Material) -> Self {
-        Self { radius, material, mesh: None }
+        Self { radius, material }
     }
 
     /// Mass (4/3) π a³ ρ, kg.

@@ -4,13 +4,12 @@ use super::key::When::{self, Is};
 
 /// Words of choices that are more than one value of a scene.
 pub(super) const DRIVES: &[&str] = &["record", "tone-burst", "gaussian-burst", "sine", "striker"];
-pub(super) const SUPPORTS: &[&str] =
-    &["rigid", "half-space", "annulus", "spring", "foundation", "body", "disc", "free"];
+pub(super) const SUPPORTS: &[&str] = &["rigid", "half-space", "annulus", "spring", "foundation", "disc", "free"];
 pub(super) const MEDIA: &[&str] = &["water", "tissue", "none"];
 pub(super) const METHODS: &[&str] = &["rayleigh", "elements"];
-pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht", "newmark"];
+pub(super) const INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic", "trapezoid", "hht"];
 pub(super) const CHAIN_INTEGRATORS: &[&str] = &["dormand-prince-853", "symplectic"];
-pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht", "newmark"];
+pub(super) const FEA_INTEGRATORS: &[&str] = &["trapezoid", "hht"];
 
 /// A piston drives.
 pub(super) const HORN: &[When] = &[Is("drive.kind", &["record", "tone-burst", "gaussian-burst", "sine"])];
@@ -23,14 +22,10 @@ pub(super) const BODY_MESH: &[When] = &[Is("model.kind", &["reduced", "fea"])];
 pub(super) const MESHED: &[When] =
     &[Is("model.kind", &["chain", "reduced", "fea"]), Is("contact.law", &["finite-body"])];
 pub(super) const FORMULA: &[When] = &[Is("drive.kind", &["tone-burst", "gaussian-burst", "sine"])];
-pub(super) const OWN_BODY: &[When] = &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["body"])];
-pub(super) const OWN_NORMAL: &[When] =
-    &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["annulus", "body"])];
+pub(super) const OWN_NORMAL: &[When] = &[Is("model.kind", &["reduced", "fea"]), Is("support.kind", &["annulus"])];
 pub(super) const DISC: &[When] = &[Is("support.kind", &["disc"])];
 pub(super) const LIQUID: &[When] = &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"])];
 pub(super) const WATER_MESH: &[When] =
     &[Is("support.kind", &["disc"]), Is("water.medium", &["water", "tissue"]), Is("water.method", &["elements"])];
-pub(super) const STEPPED: &[When] = &[
-    Is("model.kind", &["chain", "reduced", "fea"]),
-    Is("model.integrator", &["symplectic", "trapezoid", "hht", "newmark"]),
-];
+pub(super) const STEPPED: &[When] =
+    &[Is("model.kind", &["chain", "reduced", "fea"]), Is("model.integrator", &["symplectic", "trapezoid", "hht"])];

@@ -15,6 +15,7 @@ use toml::{
 
 use super::{
     error::{MOST_BYTES, Place, SceneError},
+    gone::{gone, is_idle},
     key::Key,
     source::{Author, Source, beginning},
     table::{GOVERNORS, Governor},
@@ -98,7 +99,10 @@ impl Document {
 
     fn insert_known(&mut self, key: String, entry: Entry) -> Result<(), SceneError> {
         if Key::find(&key).is_none() {
-            return Err(unknown_key(key, entry.place));
+            return match &entry.value {
+                Value::Text(text) if is_idle(&key, text) => Ok(()),
+                _ => Err(unknown_key(key, entry.place)),
+            };
         }
         if key == "chain.gaps" {
             self.entries.retain(|other, _| !other.starts_with("chain.gaps."));
@@ -114,12 +118,6 @@ impl Document {
 
     /// Lay `upper` over this document. Where it changes a kind, what the new kind does not use, or reads otherwise, falls away.
     pub(super) fn overlay(&mut self, upper: Self) {
-        if let Some(kind) = upper.text("model.kind")
-            && kind == "chain"
-            && let Some(entry) = self.entries.get_mut("chain.override")
-        {
-            strip_overrides(&mut entry.value);
-        }
         for governor in GOVERNORS {
             // A layer that makes the model the chain without naming a law means the default one.
             let becomes_chain = governor.name == "contact.law"
@@ -183,7 +181,7 @@ impl Document {
 }
 
 fn unknown_key(key: String, place: Place) -> SceneError {
-    SceneError::UnknownKey { nearest: Key::nearest(&key), key, place }
+    gone(&key, None, &place).unwrap_or_else(|| SceneError::UnknownKey { nearest: Key::nearest(&key), key, place })
 }
 
 fn flatten(
@@ -202,6 +200,7 @@ fn flatten(
                 let leaf = inner.keys().next().map(|leaf| format!("{full}.{}", leaf.get_ref()));
                 unknown.push((key.span().start, leaf.unwrap_or(full)));
             }
+            DeValue::String(text) if is_idle(&full, text) => {}
             _ if Key::find(&full).is_none() => unknown.push((key.span().start, full)),
             _ => {
                 document.entries.insert(full, read(value, source));
@@ -288,15 +287,5 @@ pub(super) fn resolved(file: &str, place: &Place) -> PathBuf {
     match place {
         Place::File { path, .. } => path.parent().map_or_else(|| PathBuf::from(file), |folder| folder.join(file)),
         _ => PathBuf::from(file),
-    }
-}
-
-/// Remove what only the finite element analysis reads from the overrides of single beads.
-fn strip_overrides(value: &mut Value) {
-    let Value::List(list) = value else { return };
-    for item in list {
-        if let Value::Table(table) = &mut item.value {
-            table.retain(|(word, _)| !matches!(word.as_str(), "mesh" | "mesh_unit"));
-        }
     }
 }

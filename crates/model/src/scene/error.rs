@@ -67,6 +67,8 @@ pub enum SceneError {
     #[error("{place}: unknown key `{key}`; {}", nearest.as_ref().map_or_else(
         || "`granchain scene keys` lists all keys".to_owned(), |nearest| format!("did you mean `{nearest}`?")))]
     UnknownKey { place: Place, key: String, nearest: Option<String> },
+    #[error("{place}: `{key}`{}: {instead}", word.as_ref().map(|word| format!(" = \"{word}\"")).unwrap_or_default())]
+    Gone { place: Place, key: String, word: Option<String>, instead: &'static str },
     #[error("{place}: `{key}`: expected {expected}, found {found}")]
     WrongType { place: Place, key: String, expected: String, found: String },
     #[error("{place}: `{key}`: {source}{}", advice(source))]

@@ -36,7 +36,6 @@ pub(super) enum Bound {
     /// 1 g/m³ to 10⁹ kg/m³.
     Density,
     UpToAThird,
-    UpToAHalf,
     /// −1 < ν < 0.5, where a solid is stable and not incompressible.
     PoissonsRatio,
 }
@@ -53,7 +52,6 @@ impl Bound {
                 Self::Modulus => (1.0..=1e15).contains(&value),
                 Self::Density => (1e-3..=1e9).contains(&value),
                 Self::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
-                Self::UpToAHalf => (0.0..=0.5).contains(&value),
                 Self::PoissonsRatio => value > -1.0 && value < 0.5,
             }
     }
@@ -76,7 +74,6 @@ impl Bound {
             Self::Modulus => "a modulus between 1 Pa and 1e15 Pa".to_owned(),
             Self::Density => "a density between 1e-3 kg/m^3 and 1e9 kg/m^3".to_owned(),
             Self::UpToAThird => "a value from 0 to 1/3".to_owned(),
-            Self::UpToAHalf => "a value from 0 to 0.5".to_owned(),
             Self::PoissonsRatio => "Poisson's ratio above −1 and below 0.5".to_owned(),
         }
     }
@@ -235,7 +232,7 @@ impl Key {
             ValueKind::Text => "a text".to_owned(),
             ValueKind::Path => "a file".to_owned(),
             ValueKind::Gaps => "a length, a list of N + 1, or a table `all`, `contact1`, `contact2` …".to_owned(),
-            ValueKind::BeadOverrides => "tables `bead`, `radius`, `material`, `mass`, `mesh`, `mesh_unit`".to_owned(),
+            ValueKind::BeadOverrides => "tables `bead`, `radius`, `material`, `mass`".to_owned(),
             ValueKind::FieldPoints => "a list of points such as `[{ r = \"0 mm\", z = \"1 mm\" }]`".to_owned(),
         }
     }

@@ -39,6 +39,7 @@ mod effects;
 mod error;
 mod fea;
 mod file;
+mod gone;
 mod holder;
 mod horn;
 mod key;
@@ -46,7 +47,6 @@ mod limits;
 mod listing;
 mod loss;
 mod material;
-mod mesh_file;
 mod model_kind;
 mod motion;
 mod plausible;
@@ -72,10 +72,10 @@ pub(crate) use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY};
 pub use disc::{DiscShape, Rim};
 pub(crate) use drive::UNREAD_FREQUENCY;
 pub use drive::{Drive, DriveKind, PistonMotion};
-pub use effects::{Effect, effects};
+pub use effects::{Effect, effects, simulated, without_each};
 pub use error::{Place, SceneError};
 pub(crate) use fea::DEFAULT_CONTACT_PATCH;
-pub use fea::{ContactMass, DEFAULT_FEA_STEP, Elements, FeaSettings, Scheme};
+pub use fea::{DEFAULT_FEA_STEP, FeaSettings, Scheme};
 pub use file::{Loaded, SceneText, load, load_preferring, load_text, load_with_notes};
 pub use holder::{DEFAULT_SLIP_VELOCITY, Holder};
 pub use horn::Horn;
@@ -84,7 +84,6 @@ pub use limits::Limits;
 pub use listing::Setting;
 pub use loss::{MaterialLoss, Relaxation};
 pub use material::Material;
-pub use mesh_file::MeshFile;
 pub use model_kind::ModelKind;
 pub use motion::Motion;
 pub(crate) use reduced::DEFAULT_REDUCED_STEP;
@@ -92,7 +91,7 @@ pub use reduced::{DEFAULT_MODES, ReducedSettings};
 pub use setting::SettingValue;
 pub(crate) use settings::DEFAULT_OUTPUT_STEP;
 pub use settings::{DEFAULT_TOLERANCE, DEFAULT_VIBROMETER_BANDWIDTH, Integrator, Meshing, ModelSettings};
-pub use support::{ContactNormal, FlatContact, Plate, Support};
+pub use support::{FlatContact, Plate, Support};
 pub use table::KEYS;
 pub use water::{
     Absorption, Baffle, DEFAULT_WATER_STEP, FieldPoint, Medium, Water, WaterMesh, WaterMethod, WaterSettings,
@@ -119,8 +118,6 @@ pub struct Scene {
     pub support: Support,
     /// The half-space of water behind the support, where that is a disc; none is a vacuum.
     pub water: Option<WaterSettings>,
-    /// Materials that mesh files may name, by name; empty where no body is a mesh file.
-    pub materials: Vec<Material>,
     pub damping: Damping,
     pub contact_law: ContactLaw,
     /// Yield strength Y of the beads, Pa: contacts of the chain yield where the pressure in their middle would exceed 1.6 Y. None is elastic.
@@ -170,14 +167,5 @@ impl Scene {
     /// Number of output samples, at 0, `output_step`, 2 `output_step` … up to the duration (a rounding of the quotient is no sample less).
     pub fn samples(&self) -> usize {
         (self.duration / self.output_step + 1e-6).floor() as usize + 1
-    }
-
-    pub fn mesh_files(&self) -> Vec<std::path::PathBuf> {
-        let beads = self.chain.beads.iter().filter_map(|bead| bead.mesh.as_ref());
-        let mut paths: Vec<std::path::PathBuf> = beads.map(|mesh| mesh.path.clone()).collect();
-        paths.extend(self.support.mesh_file().map(|mesh| mesh.path.clone()));
-        paths.sort();
-        paths.dedup();
-        paths
     }
 }

@@ -1,9 +1,10 @@
 //! Typed, checked access to the keys of a document.
 
 use super::{
-    Bead, Material, MeshFile, SceneError,
-    document::{Document, Entry, Value, resolved},
+    Bead, Material, SceneError,
+    document::{Document, Entry, Value},
     error::Place,
+    gone::gone,
     key::{Bound, Key, ValueKind},
     plausible,
     table::GOVERNORS,
@@ -11,7 +12,7 @@ use super::{
 };
 use granchain_signal::{Dimension, Quantity, closest};
 
-const OVERRIDE_WORDS: [&str; 6] = ["bead", "radius", "material", "mass", "mesh", "mesh_unit"];
+const OVERRIDE_WORDS: [&str; 4] = ["bead", "radius", "material", "mass"];
 
 pub(super) struct Reader<'a> {
     document: &'a Document,
@@ -134,12 +135,15 @@ impl<'a> Reader<'a> {
         let Value::Text(found) = &entry.value else {
             return Err(wrong_type(entry, key, format!("one of {}", listed())));
         };
-        choices.iter().find(|choice| *choice == found).copied().map(Some).ok_or_else(|| SceneError::UnknownChoice {
-            place: entry.place.clone(),
-            key: key.to_owned(),
-            found: found.clone(),
-            choices: choices.iter().map(|choice| (*choice).to_owned()).collect(),
-            nearest: meant(&found.to_lowercase().replace('_', "-"), choices).map(str::to_owned),
+        let known = choices.iter().find(|choice| *choice == found).copied().map(Some);
+        known.ok_or_else(|| {
+            gone(key, Some(found), &entry.place).unwrap_or_else(|| SceneError::UnknownChoice {
+                place: entry.place.clone(),
+                key: key.to_owned(),
+                found: found.clone(),
+                choices: choices.iter().map(|choice| (*choice).to_owned()).collect(),
+                nearest: meant(&found.to_lowercase().replace('_', "-"), choices).map(str::to_owned),
+            })
         })
     }
 
@@ -249,15 +253,6 @@ impl<'a> Reader<'a> {
         keys.filter_map(|key| Some(key.strip_prefix("materials.")?.split_once('.')?.0)).collect()
     }
 
-    /// All materials that are defined or come with the program, by name.
-    pub(super) fn all_materials(&self) -> Result<Vec<Material>, SceneError> {
-        let mut names: Vec<String> = self.defined_materials().into_iter().map(str::to_owned).collect();
-        names.extend(Material::all_built_in().map(|material| material.name));
-        names.sort();
-        names.dedup();
-        names.iter().map(|name| self.material_named(name, "materials", || self.place("materials"))).collect()
-    }
-
     pub(super) fn override_beads(&self, beads: &mut [Bead]) -> Result<(), SceneError> {
         let list_key = "chain.override";
         let Some(entry) = self.entry(list_key) else { return Ok(()) };
@@ -268,12 +263,10 @@ impl<'a> Reader<'a> {
             let Value::Table(table) = &item.value else { return Err(wrong_type(item, list_key, expected)) };
             for (word, value) in table {
                 if !OVERRIDE_WORDS.contains(&word.as_str()) {
+                    let (place, key) = (value.place.clone(), format!("{list_key}.{word}"));
                     let nearest = closest(word, OVERRIDE_WORDS.into_iter());
-                    return Err(SceneError::UnknownKey {
-                        place: value.place.clone(),
-                        key: format!("{list_key}.{word}"),
-                        nearest: nearest.map(|nearest| format!("{list_key}.{nearest}")),
-                    });
+                    let nearest = nearest.map(|nearest| format!("{list_key}.{nearest}"));
+                    return Err(gone(&key, None, &place).unwrap_or(SceneError::UnknownKey { place, key, nearest }));
                 }
             }
             let find = |word: &str| table.iter().find(|(key, _)| key == word).map(|(_, entry)| entry);
@@ -307,9 +300,6 @@ impl<'a> Reader<'a> {
             if let Some(mass) = find("mass") {
                 self.set_mass(&mut beads[index], mass, "chain.override.mass", &format!("bead{}", index + 1))?;
             }
-            if let Some(mesh) = self.override_mesh(find("mesh"), find("mesh_unit"))? {
-                beads[index].mesh = Some(mesh);
-            }
         }
         Ok(())
     }
@@ -329,30 +319,6 @@ impl<'a> Reader<'a> {
         bead.material.density = density;
         bead.material.name = format!("{}-{owner}", bead.material.name);
         Ok(())
-    }
-
-    fn override_mesh(&self, mesh: Option<&Entry>, unit: Option<&Entry>) -> Result<Option<MeshFile>, SceneError> {
-        let Some(first) = mesh.or(unit) else { return Ok(None) };
-        let (key, unit_key) = ("chain.override.mesh", "chain.override.mesh_unit");
-        let kind = self.document.text("model.kind").unwrap_or("chain");
-        if kind == "chain" {
-            return Err(SceneError::NotUsed {
-                place: first.place.clone(),
-                key: key.to_owned(),
-                governor: "model.kind".to_owned(),
-                choice: kind.to_owned(),
-                used: ["bead", "radius", "material", "mass"].map(|word| format!("chain.override.{word}")).to_vec(),
-                users_of_key: ["reduced", "fea"].map(str::to_owned).to_vec(),
-            });
-        }
-        let Some(Entry { value: Value::Text(file), place }) = mesh else {
-            return Err(wrong_type(first, key, "the name of a mesh file in quotes"));
-        };
-        let unit = match unit {
-            Some(unit) => quantity(unit, unit_key, Dimension::LENGTH, Bound::Positive)?,
-            None => self.number("chain.mesh_unit")?,
-        };
-        Ok(Some(MeshFile { path: resolved(file, place), unit }))
     }
 
     /// Initial gap of each of the contacts of `beads` beads of `radius` (m).

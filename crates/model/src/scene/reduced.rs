@@ -1,6 +1,6 @@
 //! Settings of the reduced model.
 
-use super::{Elements, fea::DEFAULT_CONTACT_PATCH};
+use super::fea::DEFAULT_CONTACT_PATCH;
 
 /// Default mesh density of the reduced model, 1.
 pub(crate) const DEFAULT_REDUCED_DENSITY: u32 = 16;
@@ -14,7 +14,6 @@ pub const DEFAULT_MODES: u32 = 8;
 pub struct ReducedSettings {
     /// Mesh density of the bodies, 1, ≥ 2; as [`super::FeaSettings::density`].
     pub density: u32,
-    pub elements: Elements,
     /// As [`super::FeaSettings::contact_patch`], 1.
     pub contact_patch: f64,
     /// Step h, s. The output step is a whole multiple of it (see [`super::Scene`]).
@@ -27,7 +26,6 @@ impl Default for ReducedSettings {
     fn default() -> Self {
         Self {
             density: DEFAULT_REDUCED_DENSITY,
-            elements: Elements::Quadrilaterals,
             contact_patch: DEFAULT_CONTACT_PATCH,
             step: DEFAULT_REDUCED_STEP,
             modes: DEFAULT_MODES,

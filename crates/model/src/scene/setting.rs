@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{
-    Absorption, AnnulusShape, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, MeshFile, Meshing, Scene,
-    WaterMesh, WaterMethod, WaterSettings,
+    Absorption, AnnulusShape, Bead, ContactLaw, Damping, DampingTerm, DiscShape, FieldPoint, Meshing, Scene, WaterMesh,
+    WaterMethod, WaterSettings,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -30,14 +30,7 @@ impl SettingValue {
             Self::Flag(flag) => flag.to_string(),
             Self::Beads(beads) => list(beads.iter().map(|(number, bead)| {
                 let (radius, material) = (length_toml(bead.radius), quoted(&bead.material.name));
-                let mesh = bead.mesh.as_ref().map(|mesh| {
-                    format!(
-                        ", mesh = {}, mesh_unit = {}",
-                        quoted(&mesh.path.display().to_string()),
-                        length_toml(mesh.unit)
-                    )
-                });
-                format!("{{ bead = {number}, radius = {radius}, material = {material}{} }}", mesh.unwrap_or_default())
+                format!("{{ bead = {number}, radius = {radius}, material = {material} }}")
             })),
             Self::FieldPoints(points) => {
                 list(points.iter().map(|point| {
@@ -117,10 +110,6 @@ pub(super) fn whole(count: u32) -> SettingValue {
     SettingValue::Count(count as usize)
 }
 
-pub(super) fn path(mesh: &MeshFile) -> Option<SettingValue> {
-    text(&mesh.path.display().to_string())
-}
-
 pub(super) fn gaps(scene: &Scene) -> Option<SettingValue> {
     let gaps = &scene.chain.gaps;
     let first = gaps.first().copied().unwrap_or(0.0);
@@ -131,18 +120,9 @@ pub(super) fn gaps(scene: &Scene) -> Option<SettingValue> {
     })
 }
 
-/// The mesh of all beads; where not all have the same, each that has one says so itself.
-pub(super) fn shared_mesh(scene: &Scene) -> Option<&MeshFile> {
-    let beads = &scene.chain.beads;
-    let first = beads.first().filter(|first| beads.iter().all(|bead| bead.mesh == first.mesh));
-    first.and_then(|first| first.mesh.as_ref())
-}
-
 pub(super) fn differing_beads(scene: &Scene) -> Option<SettingValue> {
     let beads = &scene.chain.beads;
-    let shared = shared_mesh(scene).is_some();
-    let differs = |bead: &Bead| Some(bead) != beads.first() || !shared && bead.mesh.is_some();
-    let numbered = beads.iter().enumerate().filter(|(_, bead)| differs(bead));
+    let numbered = beads.iter().enumerate().filter(|(_, bead)| Some(*bead) != beads.first());
     let differing: Vec<_> = numbered.map(|(index, bead)| (index + 1, bead.clone())).collect();
     (!differing.is_empty()).then_some(SettingValue::Beads(differing))
 }

@@ -1,6 +1,6 @@
 //! How a run is computed.
 
-use super::{ContactMass, Elements, FeaSettings, Limits, ModelKind, ReducedSettings};
+use super::{FeaSettings, Limits, ModelKind, ReducedSettings};
 
 /// Relative tolerance of the adaptive chain where nothing else is asked for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-10;
@@ -16,9 +16,8 @@ pub enum Integrator {
         /// Relative tolerance of a step, 1.
         tolerance: f64,
     },
-    /// Fixed-step symplectic stepper (velocity Verlet), for searches. Error of the last bead's velocity over its peak, undamped, first 70 µs of
-    /// the rigid scene: 6e-3 at 0.05 µs, 2e-4 at 0.01 µs; with linear dashpots 1.5e-2 and 6e-3.
-    Symplectic { step: f64 },
+    /// Velocity Verlet on the clock of the disc that the last bead touches.
+    OnDisc { step: f64 },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,17 +33,15 @@ pub struct ModelSettings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meshing {
     pub density: u32,
-    pub elements: Elements,
     /// Radius of the finely meshed patch at a bead's pole over the bead's, 1.
     pub contact_patch: f64,
-    pub contact_mass: ContactMass,
 }
 
 impl Integrator {
     pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::DormandPrince853 { .. } => "dormand-prince-853",
-            Self::Symplectic { .. } => "symplectic",
+            Self::OnDisc { .. } => "symplectic",
         }
     }
 }
@@ -60,22 +57,17 @@ impl ModelSettings {
         match (self.kind, self.integrator) {
             (ModelKind::Fea, _) => Some(self.fea.step),
             (ModelKind::Reduced, _) => Some(self.reduced.step),
-            (ModelKind::Chain, Integrator::Symplectic { step }) => Some(step),
+            (ModelKind::Chain, Integrator::OnDisc { step }) => Some(step),
             (ModelKind::Chain, Integrator::DormandPrince853 { .. }) => None,
         }
     }
 
     /// How the bodies of this model are meshed; for the chain, which has none, as for the finite element analysis.
     pub fn meshing(&self) -> Meshing {
-        match self.kind {
-            ModelKind::Reduced => {
-                let ReducedSettings { density, elements, contact_patch, .. } = self.reduced;
-                Meshing { density, elements, contact_patch, contact_mass: ContactMass::Massless }
-            }
-            ModelKind::Chain | ModelKind::Fea => {
-                let FeaSettings { density, elements, contact_patch, contact_mass, .. } = self.fea;
-                Meshing { density, elements, contact_patch, contact_mass }
-            }
-        }
+        let (density, contact_patch) = match self.kind {
+            ModelKind::Reduced => (self.reduced.density, self.reduced.contact_patch),
+            ModelKind::Chain | ModelKind::Fea => (self.fea.density, self.fea.contact_patch),
+        };
+        Meshing { density, contact_patch }
     }
 }

@@ -1,6 +1,6 @@
 //! What the first and the last bead touch.
 
-use super::{AnnulusShape, DiscShape, Material, MeshFile, word::words};
+use super::{AnnulusShape, DiscShape, Material, word::words};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlatContact {
@@ -20,15 +20,6 @@ impl FlatContact {
     }
 }
 
-/// Along which normal a bead presses on a body off the axis, in the finite element analysis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ContactNormal {
-    /// The normal of the undeformed surface: linear. Overestimates the force by 0.19 % per µm of travel on the annulus.
-    Fixed,
-    /// The line to the moved centre of the bead: the exact distance from a sphere, by iteration.
-    Moving,
-}
-
 /// A thin elastic plate that lies on a half-space and is wide against its bending.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plate {
@@ -40,13 +31,13 @@ pub struct Plate {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Support {
     Flat(FlatContact),
-    /// A ring on which the last bead lies. In the chain by its static force law, in the finite element analysis meshed.
+    /// A ring on which the last bead lies. In the chain by its static force law, in the finite element analysis meshed, with the normals of the
+    /// undeformed surfaces: the force is 0.19 % too large per µm of travel.
     Annulus {
         shape: AnnulusShape,
         /// Factor on the force of the law, and on Young's modulus of the meshed body, 1.
         stiffness_factor: f64,
         material: Material,
-        normal: ContactNormal,
     },
     /// Nothing: the last bead is free.
     Free,
@@ -70,20 +61,12 @@ pub enum Support {
         /// Mesh density n, 1: elements through the thickness, and 4/3 as many to the same length along r.
         mesh_density: u32,
     },
-    /// A body of the user's own, in the finite element analysis only.
-    Body {
-        mesh: MeshFile,
-        /// What it is made of, where its physical groups name no material.
-        material: Material,
-        normal: ContactNormal,
-    },
 }
 
 impl Support {
     /// The paper's annulus, its stiffness multiplied by `stiffness_factor` (1).
     pub fn resin_annulus(stiffness_factor: f64) -> Self {
-        let (shape, normal) = (AnnulusShape::published(), ContactNormal::Fixed);
-        Self::Annulus { shape, stiffness_factor, material: Material::resin(), normal }
+        Self::Annulus { shape: AnnulusShape::published(), stiffness_factor, material: Material::resin() }
     }
 
     /// What makes it stiffer or softer as a whole: the factor of an annulus, 1, the stiffness of a spring, N/m, or the modulus of a foundation, Pa.
@@ -92,7 +75,7 @@ impl Support {
             Self::Annulus { stiffness_factor: own, .. }
             | Self::Spring { stiffness: own }
             | Self::Foundation { youngs_modulus: own, .. } => Some(*own),
-            Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Disc { .. } => None,
         }
     }
 
@@ -101,7 +84,7 @@ impl Support {
             Self::Annulus { stiffness_factor: own, .. }
             | Self::Spring { stiffness: own }
             | Self::Foundation { youngs_modulus: own, .. } => Some(own),
-            Self::Flat(_) | Self::Free | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Flat(_) | Self::Free | Self::Disc { .. } => None,
         }
     }
 
@@ -110,7 +93,7 @@ impl Support {
         match self {
             Self::Flat(flat) => Some(*flat),
             Self::Free | Self::Spring { .. } => Some(FlatContact::Rigid),
-            Self::Annulus { .. } | Self::Foundation { .. } | Self::Disc { .. } | Self::Body { .. } => None,
+            Self::Annulus { .. } | Self::Foundation { .. } | Self::Disc { .. } => None,
         }
     }
 
@@ -132,11 +115,6 @@ impl Support {
     /// Its disc, and how finely it is meshed (1).
     pub(crate) const fn disc(&self) -> Option<(&DiscShape, u32)> {
         if let Self::Disc { shape, mesh_density } = self { Some((shape, *mesh_density)) } else { None }
-    }
-
-    /// The file with its mesh, where it is a body of the user's own.
-    pub(crate) const fn mesh_file(&self) -> Option<&MeshFile> {
-        if let Self::Body { mesh, .. } = self { Some(mesh) } else { None }
     }
 
     /// Whether it is a body with a mesh, in the models that mesh their bodies.
@@ -163,17 +141,9 @@ impl Support {
         if let Self::Foundation { plate: Some(plate), .. } = self { Some(plate) } else { None }
     }
 
-    /// The normal of a body that is touched off the axis.
-    pub(crate) const fn normal(&self) -> Option<ContactNormal> {
-        match self {
-            Self::Annulus { normal, .. } | Self::Body { normal, .. } => Some(*normal),
-            Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Foundation { .. } | Self::Disc { .. } => None,
-        }
-    }
-
     pub(crate) const fn material(&self) -> Option<&Material> {
         match self {
-            Self::Annulus { material, .. } | Self::Body { material, .. } => Some(material),
+            Self::Annulus { material, .. } => Some(material),
             Self::Disc { shape, .. } => Some(&shape.material),
             Self::Foundation { plate: Some(plate), .. } => Some(&plate.material),
             Self::Flat(_) | Self::Free | Self::Spring { .. } | Self::Foundation { .. } => None,
@@ -188,14 +158,11 @@ impl Support {
             Self::Spring { .. } => "spring",
             Self::Foundation { .. } => "foundation",
             Self::Disc { .. } => "disc",
-            Self::Body { .. } => "body",
         }
     }
 }
 
 words!(FlatContact { Rigid = "rigid", HalfSpace = "half-space" });
-
-words!(ContactNormal { Fixed = "fixed", Moving = "moving" });
 
 #[cfg(test)]
 mod tests {

@@ -1,12 +1,12 @@
 //! All keys of a scene file. What ties several keys together is checked where the scene is built.
 
 use super::{
-    AnnulusShape, Baffle, ContactLaw, ContactMass, ContactNormal, DEFAULT_CONTACT_PATCH, DEFAULT_DISC,
-    DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE, DampingKind, DampingPlacement, DampingTerm, DriveKind, Elements,
-    FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind, Rim, Scheme, Support, ValueKind,
+    AnnulusShape, Baffle, ContactLaw, DEFAULT_CONTACT_PATCH, DEFAULT_DISC, DEFAULT_OUTPUT_STEP, DEFAULT_TOLERANCE,
+    DampingKind, DampingPlacement, DampingTerm, DriveKind, FlatContact, Holder, Integrator, Key, MOST_BEADS, ModelKind,
+    Rim, Scheme, Support, ValueKind,
     condition::{
         BODY_MESH, DISC, DRIVES, FACE, FORMULA, FOUNDATION, HORN, INTEGRATORS, LIQUID, MEDIA, MESHED, METHODS,
-        OWN_BODY, OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
+        OWN_NORMAL, RING, STEPPED, STRIKER, SUPPORTS, WATER_MESH,
     },
     key::{
         Bound,
@@ -15,7 +15,7 @@ use super::{
     },
     setting::{
         SettingValue, absorption, beads, coefficient, damped, differing_beads, disc, gaps, given, meshing, of_sum,
-        path, ring, shared_mesh, text, water, water_mesh, whole,
+        ring, text, water, water_mesh, whole,
     },
 };
 use granchain_signal::{Dimension, closest};
@@ -80,18 +80,10 @@ pub const KEYS: &[Key] = &[
     )
     .number(|scene| Some(scene.chain.sensor?.share))
     .or(0.5),
-    key("chain.mesh", ValueKind::Path, "Gmsh file with the mesh of the beads, relative to the scene file")
-        .value(|scene| path(shared_mesh(scene)?))
-        .usually("a mesh of the program's own")
-        .when(BODY_MESH),
-    number("chain.mesh_unit", Dimension::LENGTH, Bound::Positive, "length unit of the mesh file; default 1 m")
-        .number(|scene| Some(shared_mesh(scene)?.unit))
-        .or(1.0)
-        .when(BODY_MESH),
     key(
         "chain.override",
         ValueKind::BeadOverrides,
-        "beads that differ: number from the piston, radius, material, mass, mesh",
+        "beads that differ: number from the piston, radius, material, mass",
     )
     .value(differing_beads)
     .usually("none"),
@@ -244,25 +236,12 @@ pub const KEYS: &[Key] = &[
         .number(|scene| Some(scene.support.ring()?.1))
         .or(1.0)
         .when(RING),
-    key("support.material", ValueKind::Text, "material of the annulus or body")
+    key("support.material", ValueKind::Text, "material of the annulus")
         .value(|scene| {
             text(&scene.support.material().filter(|_| disc(scene).is_none() && scene.support.plate().is_none())?.name)
         })
         .usually("resin")
-        .when(&[Is("support.kind", &["annulus", "body"])]),
-    word::<ContactNormal>("support.normal", "contact normal: of the undeformed surface, or follows the bead")
-        .value(|scene| {
-            scene.support.normal().filter(|_| scene.model.kind.is_meshed()).and_then(|normal| text(normal.name()))
-        })
-        .when(OWN_NORMAL),
-    key("support.mesh", ValueKind::Path, "Gmsh file with the mesh of the body, relative to the scene file")
-        .value(|scene| path(scene.support.mesh_file()?))
-        .needed("support.mesh = \"ring.msh\"")
-        .when(OWN_BODY),
-    number("support.mesh_unit", Dimension::LENGTH, Bound::Positive, "length unit of the mesh file; default 1 m")
-        .number(|scene| Some(scene.support.mesh_file()?.unit))
-        .or(1.0)
-        .when(OWN_BODY),
+        .when(RING),
     number("support.stiffness", Dimension::STIFFNESS, Bound::Positive, "stiffness of the one-sided spring")
         .number(|scene| scene.support.spring())
         .needed("support.stiffness = \"0.7e6 N/m\"")
@@ -444,9 +423,6 @@ pub const KEYS: &[Key] = &[
         .value(|scene| Some(whole(meshing(scene)?.density)))
         .usually("16 (reduced), 12 (fea)")
         .when(MESHED),
-    word::<Elements>("model.elements", "8-node quadrilaterals, or with 6-node triangles at the contacts")
-        .value(|scene| text(meshing(scene)?.elements.name()))
-        .when(MESHED),
     number(
         "model.contact_patch",
         Dimension::NONE,
@@ -460,15 +436,10 @@ pub const KEYS: &[Key] = &[
         .value(|scene| (scene.model.kind == ModelKind::Reduced).then(|| whole(scene.model.reduced.modes)))
         .usually("8")
         .when(&[Is("model.kind", &["reduced"])]),
-    word::<ContactMass>("model.contact_mass", "whether the nodes that may touch carry mass")
-        .value(
-            |scene| if scene.model.kind == ModelKind::Fea { text(scene.model.fea.contact_mass.name()) } else { None },
-        )
-        .when(&[Is("model.kind", &["fea"])]),
     key(
         "model.integrator",
         ValueKind::Choice(INTEGRATORS),
-        "time integration: the first two for chain, the rest for fea",
+        "time integration: the first for chain, the second for chain before a disc, the rest for fea",
     )
     .value(|scene| match (scene.model.kind, scene.model.integrator) {
         (ModelKind::Reduced, _) => None,
@@ -477,22 +448,13 @@ pub const KEYS: &[Key] = &[
     })
     .usually("dormand-prince-853; symplectic before a disc; trapezoid of the fea")
     .when(&[Is("model.kind", &["chain", "fea"])]),
-    number(
-        "model.numerical_dissipation",
-        Dimension::NONE,
-        Bound::Finite,
-        "dissipation parameter of hht (0 to 1/3) or newmark (0 to 1/2)",
-    )
-    .number(|scene| match scene.model.fea.scheme {
-        Scheme::HilberHughesTaylor { dissipation } | Scheme::Newmark { dissipation }
-            if scene.model.kind == ModelKind::Fea =>
-        {
-            Some(dissipation)
-        }
-        _ => None,
-    })
-    .needed("model.numerical_dissipation = 0.1")
-    .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht", "newmark"])]),
+    number("model.numerical_dissipation", Dimension::NONE, Bound::UpToAThird, "dissipation parameter of hht, 0 to 1/3")
+        .number(|scene| match scene.model.fea.scheme {
+            Scheme::HilberHughesTaylor { dissipation } if scene.model.kind == ModelKind::Fea => Some(dissipation),
+            _ => None,
+        })
+        .needed("model.numerical_dissipation = 0.1")
+        .when(&[Is("model.kind", &["fea"]), Is("model.integrator", &["hht"])]),
     number("model.tolerance", Dimension::NONE, Bound::Between(1e-14, 1e-2), "relative error per step")
         .number(|scene| match scene.model.integrator {
             Integrator::DormandPrince853 { tolerance } if scene.model.kind == ModelKind::Chain => Some(tolerance),
@@ -503,7 +465,7 @@ pub const KEYS: &[Key] = &[
     number("model.step", Dimension::TIME, Bound::Positive, "fixed step")
         .number(|scene| scene.model.step())
         .needed("model.step = \"50 ns\"")
-        .usually("0.1 µs (fea), 50 ns (reduced), 25 ns (disc); required for symplectic")
+        .usually("0.1 µs (fea), 50 ns (reduced), 25 ns (disc)")
         .when(STEPPED),
 ];
 

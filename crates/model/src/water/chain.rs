@@ -6,8 +6,8 @@
 //!
 //! Velocity Verlet on the clock of the disc: positions of the beads at the end of a step are explicit, so of the elastic forces the disc's alone
 //! is an equation, solved together with the disc's compliance. Dashpots see the velocities at the end of the step, which their own forces
-//! change: they are found in turn until none changes, whatever their coefficients. Second order where contacts do not open or close; see
-//! [`crate::chain`] for what a fixed step costs there.
+//! change: they are found in turn until none changes, whatever their coefficients. Second order where contacts do not open or close; the error
+//! of one that does is of order h^(5/2) without dashpot, h² with a Kuwabara–Kono one, h with a linear one, whose force jumps.
 
 use thiserror::Error;
 

@@ -25,7 +25,6 @@ use crate::{
         modes::{ModesError, modes},
     },
     number::dot,
-    scene::ContactMass,
 };
 
 /// Below this frequency, Hz, a mode is the rigid motion of a free disc.
@@ -110,10 +109,10 @@ impl DiscInterface {
 impl Disc {
     /// Mesh and assemble a disc, with its consistent mass.
     pub fn new(shape: &DiscShape, mesh: &DiscMesh) -> Result<Self, DiscError> {
-        Self::assembled(shape, mesh, &[], ContactMass::Consistent)
+        Self::assembled(shape, mesh, &[])
     }
 
-    fn assembled(shape: &DiscShape, mesh: &DiscMesh, touched: &[&str], mass: ContactMass) -> Result<Self, DiscError> {
+    fn assembled(shape: &DiscShape, mesh: &DiscMesh, touched: &[&str]) -> Result<Self, DiscError> {
         let mesh = disc_mesh(shape.radius, shape.thickness, mesh)?;
         let nodes = |name: &str| mesh.boundary(name).map_or_else(Vec::new, |boundary| boundary.nodes.clone());
         let (front, back) = (nodes("front"), nodes("back"));
@@ -122,8 +121,7 @@ impl Disc {
             Rim::Supported => &[("rim", Hold::Axial)],
             Rim::Free => &[],
         };
-        let materials = std::slice::from_ref(&shape.material);
-        let body = Body::held(mesh, materials, held, touched, mass)?;
+        let body = Body::held(mesh, &shape.material, held, touched)?;
         Ok(Self { shape: shape.clone(), body, front, back })
     }
 
@@ -140,7 +138,7 @@ impl Disc {
             through: (8 * n).div_ceil(3),
             pole_side: Some(0.1 * shape.thickness / n as f64),
         };
-        Self::assembled(shape, &mesh, &["front"], ContactMass::Massless)
+        Self::assembled(shape, &mesh, &["front"])
     }
 
     pub(crate) fn shape(&self) -> &DiscShape {

@@ -27,7 +27,6 @@ mod coupled;
 mod driven;
 mod factor;
 mod mesh;
-mod panel;
 mod sparse;
 mod waves;
 

@@ -11,12 +11,9 @@
 //! ```
 //!
 //! with h_k the kernels of [`super::rayleigh::field`]: exact for a rigid baffle. The second, independent source of a map, and the only one for
-//! a soft baffle, is the mesh of [`super::elements`] at its nodes; from the pressure it finds on the face, `FacePressure`, follow a soft
-//! baffle's beam patterns.
+//! a soft baffle, is the mesh of [`super::elements`] at its nodes.
 
 mod soft;
-
-pub use soft::soft_far_field;
 
 pub(crate) use soft::FacePressure;
 

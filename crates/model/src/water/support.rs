@@ -72,7 +72,7 @@ fn clock(scene: &Scene) -> Result<f64, ModelError> {
         ));
     }
     match scene.model.integrator {
-        Integrator::Symplectic { step } => Ok(step),
+        Integrator::OnDisc { step } => Ok(step),
         Integrator::DormandPrince853 { .. } => {
             Err(unsupported("a disc has a clock of fixed step; set `model.integrator = \"symplectic\"`"))
         }

@@ -269,7 +269,6 @@ fn what_a_model_or_a_bench_does_not_have_is_refused_by_name() {
         (&["support.kind=free"], "0 m/s² before a free end"),
         (&["chain.gaps=1 um"], "0 m under gravity"),
         (&["chain.precompression=1 N"], "0 N where a striker drives"),
-        (&["model.integrator=symplectic", "model.step=50 ns"], "gravity; set `model.integrator`"),
     ] {
         let error = model::run(&column(sets), &mut |_| true).unwrap_err();
         assert!(error.to_string().contains(part), "{sets:?}: {error}");

@@ -395,7 +395,6 @@ proptest! {
     #[test]
     fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         let _ = granchain_record::read_record_bytes("x.csv".as_ref(), &bytes, None, &ReadOptions::default());
-        let _ = granchain_record::PublishedFeatures::from_bytes("x.toml".as_ref(), &bytes);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::{
     number::{engineering, significant, unit, with_interval},
     page::{Block, Page, Plate, Tone},
     replay::energy_table,
-    sweep::{capitalised, sweep_figure},
+    sweep::capitalised,
 };
 use granchain_calibration::{
     agreement::DOUBTFUL,
@@ -34,7 +34,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         let heading =
             if explained { "What would explain the record" } else { "What comes nearest to explaining the record" };
         blocks.extend(Block::listed(heading, outcome.diagnosis.iter().map(|it| capitalised(&it.text)).collect()));
-    } else if lead.recorded.is_some() && laws.first().is_some_and(|law| law.fit.verdict == Verdict::OutsideScatter) {
+    } else if laws.first().is_some_and(|law| law.fit.verdict == Verdict::OutsideScatter) {
         blocks.push(Block::Paragraph(NO_CAUSE.into()));
     }
     if let Some((widths, sentences)) = laws.first().and_then(table::widths) {
@@ -73,16 +73,7 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
         blocks.push(Block::Paragraph(search_words(law)));
         blocks.push(Block::Plates(figures::objective(law)));
     }
-    if let Some(sweep) = report.alpha_sweep.as_ref().filter(|sweep| sweep.curves.iter().any(|c| !c.points.is_empty())) {
-        let mut plate = Plate::new("sweep", sweep_figure(sweep));
-        plate.caption = format!(
-            "Peaks and lines as a function of {}. Bars: ± one standard deviation. Dotted lines: {}.",
-            sweep.name, sweep.reference_name
-        );
-        section(&mut blocks, "Sweep of the drive level", None, vec![plate]);
-    }
     blocks.extend(report.energy.iter().flat_map(|balance| Block::Table(energy_table(balance)).under("Energy")));
-    blocks.extend(report.coverage.iter().cloned());
     provenance(report, &mut blocks);
     Page {
         title: joint::title(report),
@@ -126,10 +117,9 @@ fn decided(law: &Law<'_>) -> String {
 
 /// Which law and which mount the record prefers, where several were fitted.
 fn preference(report: &CalibrationReport) -> Option<String> {
-    let (subject, undecided, decided) = match &report.lead().recorded {
-        Some(_) if report.records.len() > 1 => ("The records", "do", "prefer"),
-        Some(_) => ("The record", "does", "prefers"),
-        None => ("The published features", "do", "prefer"),
+    let (subject, undecided, decided) = match report.records.len() {
+        1 => ("The record", "does", "prefers"),
+        _ => ("The records", "do", "prefer"),
     };
     let sentence = |preferred: &Option<String>, between: &str, named: &dyn Fn(&str) -> String| {
         preferred.as_ref().map(|preferred| match preferred.as_str() {
@@ -271,7 +261,6 @@ fn headline(report: &CalibrationReport, law: &Law<'_>) -> Block {
     let (damping, model) = (law.name(), &report.outcome.model);
     let (quantity, lead, verdict) = (report.outcome.quantity.name(), report.lead(), law.fit.verdict);
     let record = match lead.record_label.as_str() {
-        _ if lead.recorded.is_none() => "the published features".to_owned(),
         _ if report.records.len() > 1 => format!("the {} {quantity} records together", report.records.len()),
         "recorded" => format!("the recorded {quantity}"),
         label => format!("the {quantity} record ({label})"),

@@ -91,16 +91,14 @@ const FARTHEST_PULL: f64 = 12.0;
 /// Recorded and simulated velocity or pressure: whole, ring-up, a few periods of the plateau.
 pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<Plate> {
     let measurand = report.outcome.quantity;
-    let Some(main) = record.recorded.as_ref().or(record.simulated.as_ref()) else { return Vec::new() };
+    let main = &record.recorded;
     let period = 1.0 / report.drive_frequency;
     let overlay = |x: Axis, recorded: Stroke, simulated: Stroke| {
         let mut panel = Panel::new(x, quantity(measurand));
         if !record.masked.is_empty() {
             panel = masked(record, panel);
         }
-        if let Some(series) = &record.recorded {
-            panel = panel.line(record.record_label.clone(), trace(series), recorded);
-        }
+        panel = panel.line(record.record_label.clone(), trace(main), recorded);
         if let Some(series) = &record.simulated {
             panel = panel.line("simulated", trace(series), simulated);
         }
@@ -110,11 +108,8 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
         Measurand::Velocity => format!("velocity of the last bead’s {}", record.observed.name()),
         Measurand::Pressure => "pressure at the hydrophone".to_owned(),
     };
-    let both = match (&record.recorded, &record.simulated) {
-        (Some(_), Some(_)) => format!("{}, {} and simulated", capitalised(&what), record.record_label),
-        (Some(_), None) => format!("{}, {}", capitalised(&what), record.record_label),
-        _ => format!("Simulated {what}"),
-    };
+    let and = if record.simulated.is_some() { " and simulated" } else { "" };
+    let both = format!("{}, {}{and}", capitalised(&what), record.record_label);
     let start = main.start;
     let end = record.simulated.as_ref().map_or(main.end(), |series| series.end().min(main.end())).max(start + period);
     let whole = overlay(Axis::time().range(start, end), RECORDED.width(0.8), SIMULATED.width(0.5)).height(48.0);
@@ -153,7 +148,7 @@ pub(super) fn traces(report: &CalibrationReport, record: &RecordReport) -> Vec<P
     };
     let name = measurand.name();
     vec![
-        Plate::new(name, whole).playable(report.drive_frequency),
+        Plate::new(name, whole),
         Plate::new(
             format!("{name}-onset"),
             Figure::new("The first twelve drive periods after the onset.").panel(zoom(ring_up, 13.0)),
@@ -184,8 +179,8 @@ const QUANTILE: f64 = 1.645;
 
 /// The stretches that were bridged, over the height of all traces.
 fn masked(record: &RecordReport, panel: Panel) -> Panel {
-    let traces = [&record.recorded, &record.simulated];
-    let values = traces.into_iter().flatten().flat_map(|series| series.values.iter().copied());
+    let traces = [&record.recorded].into_iter().chain(&record.simulated);
+    let values = traces.flat_map(|series| series.values.iter().copied());
     let (low, high) = values.fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
     let shapes = record.masked.iter().map(|(from, to)| vec![(*from, low), (*to, low), (*to, high), (*from, high)]);
     panel.shapes("masked", shapes, (Colour::Grey, 0.45))
@@ -206,12 +201,12 @@ struct Spectra<'a> {
 
 impl<'a> Spectra<'a> {
     fn of(record: &'a RecordReport) -> Self {
-        let spectrum = |series: &Option<Series>| {
-            let series = series.as_ref()?;
+        let spectrum = |series: &Series| {
             let window = record.window.unwrap_or(Window::whole(series));
             amplitude_spectrum(series, window).ok().map(|spectrum| (spectrum, series.sample_rate()))
         };
-        Self { record, recorded: spectrum(&record.recorded), simulated: spectrum(&record.simulated) }
+        let simulated = record.simulated.as_ref().and_then(spectrum);
+        Self { record, recorded: spectrum(&record.recorded), simulated }
     }
 
     fn curves(&self) -> Vec<SpectrumCurve<'_>> {

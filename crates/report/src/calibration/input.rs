@@ -1,11 +1,8 @@
 //! What the report of a calibration is made from: its outcome, and what only a figure shows.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
 use super::BenchReport;
-use crate::{page::Block, sweep::SweepReport};
 use granchain_calibration::outcome::CalibrationOutcome;
 use granchain_model::response::{EnergyBalance, ObservedPoint};
 use granchain_signal::{Series, feature::Window};
@@ -25,13 +22,8 @@ pub struct CalibrationReport {
     pub records: Vec<RecordReport>,
     /// What is drawn of every law of the outcome, in its order.
     pub laws: Vec<LawReport>,
-    /// Features against α around the fit.
-    pub alpha_sweep: Option<SweepReport>,
     /// Where the piston's work went in the calibrated run.
     pub energy: Option<EnergyBalance>,
-    /// Coverage on this bench, where it was counted; its numbers are in `outcome`.
-    #[serde(skip)]
-    pub coverage: Vec<Block>,
     /// Settings worth knowing: name and value with unit.
     pub settings: Vec<(String, String)>,
     pub command_line: String,
@@ -53,8 +45,8 @@ pub struct RecordReport {
     pub drive: Series,
     /// Where that comes from, in a few words.
     pub drive_origin: String,
-    /// The record after the reader's conditioning, m/s or Pa; absent where only published numbers exist.
-    pub recorded: Option<Series>,
+    /// The record after the reader's conditioning, m/s or Pa.
+    pub recorded: Series,
     /// The calibrated response through the same conditioning, already aligned with the record, m/s or Pa.
     pub simulated: Option<Series>,
     /// Instant (s), record less simulated, and standard deviation of that by noise and from run to run, where the waveform was compared.
@@ -74,8 +66,6 @@ pub struct RecordReport {
     pub window: Option<Window>,
     /// Names of the fitted features, in the order they are compared.
     pub compared: Vec<String>,
-    /// Published numbers by watched feature, with their uncertainties, SI.
-    pub published: BTreeMap<String, (f64, Option<f64>)>,
 }
 
 /// What is drawn of a law's fit.

@@ -82,7 +82,7 @@ impl CalibrationReport {
             feature(name, watched)?;
         }
         for record in &self.records {
-            let traces = [Some(&record.drive), record.recorded.as_ref(), record.simulated.as_ref()];
+            let traces = [Some(&record.drive), Some(&record.recorded), record.simulated.as_ref()];
             for (name, trace) in ["drive", "recorded", "simulated"].into_iter().zip(traces) {
                 for (index, value) in trace.iter().flat_map(|trace| &trace.values).enumerate() {
                     finite(&|| format!("{name} sample {index}"), *value)?;

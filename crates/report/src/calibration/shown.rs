@@ -42,34 +42,19 @@ impl CalibrationReport {
         let of_record = best.records.get(number).filter(|_| number > 0);
         let (features, fitted) = of_record
             .map_or((&best.features, &best.fitted_features), |record| (&record.features, &record.fitted_features));
-        let record = &self.records[number];
         let watched = watched_of(self.outcome.quantity, self.drive_frequency).into_iter();
         // Peaks that the fit compared are those of the whole answer: one value a feature.
         let compared = |key: &str| fitted.get(key).is_some_and(|feature| feature.measured.is_some());
         let row = |key: String| {
-            let windowed = record.recorded.is_some() && key.ends_with("_peak") && compared(&key);
-            if windowed && !record.published.contains_key(&key) {
+            if key.ends_with("_peak") && compared(&key) {
                 return None;
             }
             let feature = features.get(&key)?;
-            let recorded = feature.measured.filter(|_| record.recorded.is_some());
-            let (published, published_uncertainty) = match record.published.get(&key) {
-                Some((value, uncertainty)) => (Some(*value), *uncertainty),
-                None => (None, None),
-            };
-            // Of a pressure a harmonic's line is compared by the band around it; in print a line is an amplitude.
-            let alike = [key.clone(), key.replace("line_", "band_"), key.replace("line_", "amplitude_")];
-            let alike = match (self.outcome.quantity, &record.recorded) {
-                (Measurand::Pressure, Some(_)) => &alike[..2],
-                (Measurand::Velocity, Some(_)) => &alike[..1],
-                (_, None) => &alike[..],
-            };
-            let fitted = alike.iter().any(|name| compared(name));
-            let of_window = if windowed { " in the window" } else { "" };
-            let name = format!("{}{of_window}", key.replace('_', " "));
-            let fitted = fitted && !windowed;
-            let row = FeatureRow { name, feature, recorded, published, published_uncertainty, fitted };
-            (recorded.is_some() || feature.simulated.is_some()).then_some(row)
+            // Of a pressure a harmonic's line is compared by the band around it.
+            let band = key.replace("line_", "band_");
+            let fitted = compared(&key) || self.outcome.quantity == Measurand::Pressure && compared(&band);
+            let row = FeatureRow { name: key.replace('_', " "), feature, fitted };
+            (feature.measured.is_some() || feature.simulated.is_some()).then_some(row)
         };
         watched.filter_map(|watched| row(watched.key)).collect()
     }
@@ -80,9 +65,6 @@ pub(super) struct FeatureRow<'a> {
     /// Name for people, such as `positive peak` or `line 1/3`.
     pub name: String,
     pub feature: &'a OutcomeFeature,
-    pub recorded: Option<f64>,
-    pub published: Option<f64>,
-    pub published_uncertainty: Option<f64>,
     /// Whether the fit used it.
     pub fitted: bool,
 }

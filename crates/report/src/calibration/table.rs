@@ -150,12 +150,10 @@ pub(super) fn fitted(law: &Law<'_>, report: &CalibrationReport, number: usize) -
     })
 }
 
-/// Recorded, simulated, scatter, sensitivity, published, of record `number`.
+/// Recorded, simulated, scatter, sensitivity, of record `number`.
 pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Table> {
     let record = &report.records[number];
     let watched = report.features(number);
-    // Of a synthetic record, or of a bench of one's own, nothing is in print.
-    let in_print = watched.iter().any(|row| row.published.is_some());
     let rows: Vec<Vec<String>> = watched
         .iter()
         .map(|row| {
@@ -168,18 +166,13 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
                 (None, _) => NOTHING.to_owned(),
             };
             let small = |value: Option<f64>| value.map_or(NOTHING.to_owned(), |value| significant(value * factor, 2));
-            let published = match (row.published, row.published_uncertainty) {
-                (Some(value), Some(error)) => {
-                    let (value, error) = (value * factor, error * factor);
-                    format!("{} ± {}", to_uncertainty(value, error), significant(error, 2))
-                }
-                (Some(value), None) => significant(value * factor, 3),
-                (None, _) => NOTHING.to_owned(),
-            };
             let mut cells = vec![if row.fitted { format!("{} *", row.name) } else { row.name.clone() }];
-            cells.extend(record.recorded.is_some().then(|| value(row.recorded)));
-            cells.extend([value(row.feature.simulated), small(row.feature.scatter), small(row.feature.sensitivity)]);
-            cells.extend(in_print.then_some(published));
+            cells.extend([
+                value(row.feature.measured),
+                value(row.feature.simulated),
+                small(row.feature.scatter),
+                small(row.feature.sensitivity),
+            ]);
             cells.push(if shown == "1" { NOTHING.to_owned() } else { shown.to_owned() });
             cells
         })
@@ -187,11 +180,8 @@ pub(super) fn features(report: &CalibrationReport, number: usize) -> Option<Tabl
     if rows.is_empty() {
         return None;
     }
-    let mut columns = vec![Column::words("Feature")];
-    // Without a waveform the column would be empty.
-    columns.extend(record.recorded.is_some().then(|| Column::numbers(record.record_label.clone())));
+    let mut columns = vec![Column::words("Feature"), Column::numbers(record.record_label.clone())];
     columns.extend(["simulated", "SD between runs", "for +1 % drive"].map(Column::numbers));
-    columns.extend(in_print.then(|| Column::numbers("published")));
     columns.push(Column::words("unit"));
     Some(Table {
         caption: format!(
@@ -357,11 +347,10 @@ pub(super) fn lobes(law: &Law<'_>) -> Option<Table> {
 
 /// Files read, with their digests.
 pub(super) fn inputs(report: &CalibrationReport) -> Table {
-    let what = |role: &str| match (role.starts_with("drive"), &report.lead().recorded, report.outcome.quantity) {
-        (true, ..) => "horn-tip record",
-        (_, None, _) => "published features",
-        (_, _, Measurand::Velocity) => "vibrometer record",
-        (_, _, Measurand::Pressure) => "hydrophone record",
+    let what = |role: &str| match (role.starts_with("drive"), report.outcome.quantity) {
+        (true, _) => "horn-tip record",
+        (_, Measurand::Velocity) => "vibrometer record",
+        (_, Measurand::Pressure) => "hydrophone record",
     };
     let inputs = report.outcome.inputs.iter();
     Table {
@@ -383,13 +372,11 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError
         "simulated",
         "scatter",
         "sensitivity_per_percent_drive",
-        "published",
-        "published_uncertainty",
         "fitted",
     ])?;
     for row in report.features(0) {
-        let OutcomeFeature { simulated, scatter, sensitivity, unit, .. } = row.feature;
-        let numbers = [row.recorded, *simulated, *scatter, *sensitivity, row.published, row.published_uncertainty];
+        let OutcomeFeature { measured, simulated, scatter, sensitivity, unit, .. } = row.feature;
+        let numbers = [*measured, *simulated, *scatter, *sensitivity];
         let words = [row.name.clone(), unit.clone()].into_iter();
         features.write_record(words.chain(numbers.map(cell)).chain([row.fitted.to_string()]))?;
     }
@@ -406,7 +393,7 @@ pub(super) fn csv_files(report: &CalibrationReport) -> Result<Files, ReportError
         Measurand::Pressure => "pa",
     };
     let lead = report.lead();
-    for (name, series) in [("recorded", &lead.recorded), ("simulated", &lead.simulated)] {
+    for (name, series) in [("recorded", Some(&lead.recorded)), ("simulated", lead.simulated.as_ref())] {
         let Some(series) = series else { continue };
         let mut table = csv::Writer::from_writer(Vec::new());
         table.write_record(["time_s", &format!("{quantity}_{unit}")])?;

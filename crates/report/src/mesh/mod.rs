@@ -1,9 +1,7 @@
-//! Figures of the meshes of a scene: the section of the whole chain, its contacts closely, and the chain revolved.
+//! Figures of the meshes of a scene: the section of the whole chain, and its contacts closely.
 
-mod revolved;
 mod section;
 
-pub use revolved::figure as revolved;
 pub use section::{Window, chain, contacts};
 
 use crate::figure::{Colour, extent};

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::{Bench, RIGID, Standing, along_side, clamped_nodes, contact_nodes};
 use crate::figure::{Axis, Colour, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Stroke, extent};
-use granchain_model::fea::mesh::Mesh;
 
 /// A part of the section, shown closely.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +59,7 @@ fn panel(bench: &Bench<'_>, window: &Window, z: Axis, width: f64) -> Panel {
             .bodies
             .iter()
             .filter(|body| body.name == name)
-            .flat_map(|body| body.mesh.elements.iter().map(move |element| outline(body, element.nodes())))
+            .flat_map(|body| body.mesh.elements.iter().map(move |element| outline(body, element)))
             .filter(|corners| near(corners))
             .collect();
         if !outlines.is_empty() {
@@ -109,11 +108,10 @@ fn crosses(points: &[(f64, f64)], window: &Window) -> bool {
 }
 
 /// Outline (z, r) of an element.
-fn outline(body: &Standing<'_>, nodes: &[u32]) -> Vec<(f64, f64)> {
-    let corners = nodes.len() / 2;
+fn outline(body: &Standing<'_>, nodes: &[u32; 8]) -> Vec<(f64, f64)> {
     let place = |node: u32| body.place(node);
-    (0..corners)
-        .flat_map(|i| along_side(place(nodes[i]), place(nodes[corners + i]), place(nodes[(i + 1) % corners])))
+    (0..4)
+        .flat_map(|i| along_side(place(nodes[i]), place(nodes[4 + i]), place(nodes[(i + 1) % 4])))
         .map(along_and_out)
         .collect()
 }
@@ -124,34 +122,17 @@ fn along_and_out([r, z]: [f64; 2]) -> (f64, f64) {
 }
 
 /// Every side of a body once, as points (r, z).
-pub(super) fn sides(body: &Standing<'_>) -> Vec<Vec<[f64; 2]>> {
-    let points = |([a, b], (middle, _)): ([u32; 2], (u32, usize))| {
+fn sides(body: &Standing<'_>) -> Vec<Vec<[f64; 2]>> {
+    let mut unique = BTreeMap::new();
+    for nodes in &body.mesh.elements {
+        for i in 0..4 {
+            let (a, b) = (nodes[i], nodes[(i + 1) % 4]);
+            unique.entry([a.min(b), a.max(b)]).or_insert(nodes[4 + i]);
+        }
+    }
+    let points = |([a, b], middle): ([u32; 2], u32)| {
         let [a, middle, b] = [a, middle, b].map(|node| body.place(node));
         std::iter::once(a).chain(along_side(a, middle, b)).collect()
     };
-    unique_sides(body.mesh).into_iter().map(points).collect()
-}
-
-/// Start, middle and end of every side of every element, in its sense.
-fn element_sides(mesh: &Mesh) -> impl Iterator<Item = [u32; 3]> {
-    mesh.elements.iter().flat_map(|element| {
-        let (nodes, corners) = (element.nodes(), element.shape.corners());
-        (0..corners).map(move |i| [nodes[i], nodes[corners + i], nodes[(i + 1) % corners]])
-    })
-}
-
-/// Sides by their corners, smaller number first: the middle, and how many elements share it.
-fn unique_sides(mesh: &Mesh) -> BTreeMap<[u32; 2], (u32, usize)> {
-    let mut sides = BTreeMap::new();
-    for [a, middle, b] in element_sides(mesh) {
-        sides.entry([a.min(b), a.max(b)]).or_insert((middle, 0)).1 += 1;
-    }
-    sides
-}
-
-/// The outer sides in the sense of their elements, so that the body lies to the left: start → (middle, end).
-pub(super) fn outer_sides(mesh: &Mesh) -> BTreeMap<u32, (u32, u32)> {
-    let shared = unique_sides(mesh);
-    let is_outer = |[a, _, b]: &[u32; 3]| shared.get(&[*a.min(b), *a.max(b)]).is_some_and(|(_, count)| *count == 1);
-    element_sides(mesh).filter(is_outer).map(|[a, middle, b]| (a, (middle, b))).collect()
+    unique.into_iter().map(points).collect()
 }

@@ -1,4 +1,4 @@
-//! The curves of a page as numbers, for the script that lets a reader zoom, read values and hear them.
+//! The curves of a page as numbers, for the script that lets a reader zoom and read values.
 //!
 //! Every array stands in the page once, whichever figures show it: evenly spaced ones as start and step, ordinates as 16 bits over their own
 //! range (of the logarithm on a logarithmic axis), which a reading of four digits does not feel.
@@ -17,8 +17,6 @@ const FEWEST_POINTS: usize = 32;
 const MOST_MARKERS: usize = 100;
 /// Every second sample is left out where a straight line over it misses it by no more than this share of the range.
 const LEFT_OUT: f64 = 1e-3;
-/// A drive is played at no more than this, Hz.
-const HIGHEST_PITCH: f64 = 400.0;
 
 /// The arrays met so far, and the panels that show them.
 #[derive(Default)]
@@ -36,24 +34,11 @@ pub(super) fn of(drawn: &[Drawn<'_>]) -> Option<String> {
     let figures: serde_json::Map<String, Value> = drawn
         .iter()
         .filter(|drawn| is_explorable(&drawn.plate.figure))
-        .map(|drawn| {
-            let mut figure = arrays.figure(&drawn.plate.figure);
-            if let Some(frequency) = drawn.plate.sound {
-                figure["sound"] = json!({"slower": slower(frequency), "hz": frequency});
-            }
-            (drawn.number.to_string(), figure)
-        })
+        .map(|drawn| (drawn.number.to_string(), arrays.figure(&drawn.plate.figure)))
         .collect();
     // No `<` may end the element that holds the text.
     let text = || json!({"arrays": arrays.values, "figures": figures}).to_string().replace('<', "\\u003c");
     (!figures.is_empty()).then(text)
-}
-
-/// How many times slower than it was a drive is played: 1, 2 or 5 times a power of ten.
-fn slower(frequency: f64) -> f64 {
-    let least = (frequency / HIGHEST_PITCH).max(1.0);
-    let power = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0].map(|lead| lead * power).into_iter().find(|factor| *factor >= least).unwrap_or(10.0 * power)
 }
 
 /// Whether every panel is nothing but curves over a numbered axis.
@@ -283,11 +268,6 @@ mod tests {
         for other in [named, short, panel(0.2).band("", vec![(0.0, 0.0, 1.0)], Colour::Blue)] {
             assert!(data(&[Figure::new("f").panel(panel(0.2)).panel(other)]).is_none());
         }
-    }
-
-    #[test]
-    fn a_drive_is_slowed_to_a_few_hundred_hertz_by_a_round_factor() {
-        assert_eq!([73e3, 20e3, 300.0, 1e6].map(slower), [200.0, 50.0, 1.0, 5000.0]);
     }
 
     #[test]

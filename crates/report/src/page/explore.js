@@ -1,4 +1,4 @@
-// Figures of curves to be looked into: zoom, pan, values, traces on and off, sound. The printed drawing stays in the page.
+// Figures of curves to be looked into: zoom, pan, values, traces on and off. The printed drawing stays in the page.
 "use strict";
 (() => {
   const page = JSON.parse(document.getElementById("curves").textContent);
@@ -296,61 +296,6 @@
   }
   let following = false;
 
-  // One curve as sound, slowed down, over the range shown.
-  let audio = null;
-  let playing = null;
-  function stop() {
-    if (!playing) return;
-    playing.source.stop();
-    playing.button.setAttribute("aria-pressed", false);
-    playing = null;
-  }
-  function play(made, curve, loudest, slower, range) {
-    const again = playing?.button === made;
-    stop();
-    if (again) return;
-    audio ??= new AudioContext();
-    const [xs, ys] = [array(curve.x), array(curve.y)];
-    // Abscissas are microseconds.
-    const seconds = ((range[1] - range[0]) * 1e-6) * slower;
-    const samples = Math.max(2, Math.round(seconds * audio.sampleRate));
-    const buffer = audio.createBuffer(1, samples, audio.sampleRate);
-    const sound = buffer.getChannelData(0);
-    const fade = Math.min(64, samples >> 2);
-    for (let i = 0; i < samples; i++) {
-      const edge = Math.min(1, i / fade, (samples - 1 - i) / fade);
-      const value = at(curve, range[0] + ((range[1] - range[0]) * i) / (samples - 1));
-      sound[i] = (0.8 * edge * (value ?? 0)) / loudest;
-    }
-    const source = audio.createBufferSource();
-    source.buffer = buffer;
-    source.loop = true;
-    source.connect(audio.destination);
-    source.start();
-    made.setAttribute("aria-pressed", true);
-    playing = { source, button: made };
-  }
-
-  function sounds(data, plots) {
-    const { slower, hz } = data.sound;
-    const panel = data.panels[data.panels.length - 1];
-    const curves = panel.curves.filter((curve) => !curve.marker);
-    const ends = (curve) => [array(curve.x)[0], array(curve.x)[array(curve.x).length - 1]];
-    let loudest = 0;
-    return curves.map((curve) => {
-      const name = curve.label || "this trace";
-      const text = `Play ${name}, ${slower}\u00d7 slower (${shown(hz * 1e-3)} kHz \u2192 ${Math.round(hz / slower)} Hz)`;
-      const made = button(text, null, () => {
-        loudest ||= Math.max(...curves.map((it) => array(it.y).reduce((most, value) => Math.max(most, Math.abs(value)), 0)));
-        const plot = plots().find((it) => it.panel === panel);
-        play(made, curve, loudest || 1, slower, plot?.range() ?? panel.x.range ?? ends(curve));
-      });
-      made.setAttribute("aria-pressed", false);
-      made.dataset.sound = name;
-      return made;
-    });
-  }
-
   for (const figure of document.querySelectorAll("figure[data-curves]")) {
     const data = page.figures[figure.dataset.curves];
     const number = `figure ${figure.dataset.curves}`;
@@ -388,7 +333,6 @@
     });
     tools.forEach((tool) => (tool.hidden = true));
     const controls = element("div", { className: "controls" }, toggle, ...tools);
-    if (data.sound) controls.append(...sounds(data, () => plots));
     figure.querySelector("figcaption").before(controls);
   }
 })();

@@ -68,21 +68,13 @@ pub struct Plate {
     pub name: String,
     pub caption: String,
     pub figure: Figure,
-    /// Drive frequency of the time traces in its last panel, Hz, where they can be played as sound.
-    pub sound: Option<f64>,
 }
 
 impl Plate {
     /// A plate whose caption is the figure's title.
     #[must_use]
     pub fn new(name: impl Into<String>, figure: Figure) -> Self {
-        Self { name: name.into(), caption: figure.title.clone(), figure, sound: None }
-    }
-
-    /// The same plate, its traces of a drive of this frequency (Hz) to be played, slowed down.
-    #[must_use]
-    pub(crate) fn playable(self, drive_frequency: f64) -> Self {
-        Self { sound: Some(drive_frequency), ..self }
+        Self { name: name.into(), caption: figure.title.clone(), figure }
     }
 }
 
@@ -114,19 +106,19 @@ pub enum Block {
 impl Block {
     /// A block under its heading.
     #[must_use]
-    pub(crate) fn under(self, heading: &str) -> [Self; 2] {
+    pub fn under(self, heading: &str) -> [Self; 2] {
         [Self::Heading(heading.to_owned()), self]
     }
 
     /// A list under its heading; nothing where it has no item.
     #[must_use]
-    pub(crate) fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
+    pub fn listed(heading: &str, items: Vec<String>) -> Vec<Self> {
         if items.is_empty() { Vec::new() } else { Self::List(items).under(heading).into() }
     }
 
     /// What must not be overlooked, where there is any.
     #[must_use]
-    pub(crate) fn noticed(statements: &[String]) -> Option<Self> {
+    pub fn noticed(statements: &[String]) -> Option<Self> {
         (!statements.is_empty()).then(|| Self::Notice(statements.to_vec()))
     }
 }

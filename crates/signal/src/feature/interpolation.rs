@@ -46,7 +46,7 @@ pub(super) fn interpolate(values: &[f64], position: f64) -> f64 {
 }
 
 /// Position (samples) and value of the maximum of the band-limited signal near sample `index`.
-pub(super) fn maximum_near(values: &[f64], index: usize) -> (f64, f64) {
+pub fn maximum_near(values: &[f64], index: usize) -> (f64, f64) {
     let mut position = index as f64;
     let mut value = values[index];
     for reach in [1.0, 0.4, 0.15, 0.05] {

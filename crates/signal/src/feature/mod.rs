@@ -13,7 +13,7 @@
 //! | distortion | rms of the drive's harmonics over the Hann-weighted rms of the signal | [`total_harmonic_distortion`] |
 //! | bandwidth | highest frequency at −6 dB, −20 dB of the drive line | [`bandwidth`] |
 //! | repetition | mean interval of the impulses above half the positive peak | [`repetition`] |
-//! | impulses | arrival, height and width of each; delay and ratio of a returned one | [`impulses`], [`Return`] |
+//! | impulses | samples and centroid of each | [`impulse_spans`] |
 //! | similarity | normalised cross-correlation over lag and drive-period shifts | [`similarity`] |
 //! | likeness of impulses | peak of the normalised cross-correlation over every lag | [`correlation_peak`] |
 //! | pressure | peaks, levels of the harmonics, how far up the content reaches | [`measure_pressure`] |
@@ -27,7 +27,6 @@ mod distortion;
 mod error;
 pub mod fingerprint;
 mod frequency;
-mod impulse;
 mod interpolation;
 mod line;
 mod measurand;
@@ -47,7 +46,7 @@ pub use correlation::correlation_peak;
 pub use distortion::{bandwidth, total_harmonic_distortion};
 pub use error::FeatureError;
 pub use frequency::{refine_frequency, strongest_frequency};
-pub use impulse::{Impulse, Return, impulses};
+pub use interpolation::maximum_near;
 pub use line::{
     AbsentLine, Line, MINIMUM_LINE_PERIODS, USABLE_NYQUIST_FRACTION, line_amplitude, line_phasor, line_weights, lines,
 };
@@ -56,7 +55,7 @@ pub use measure::{FeatureSettings, Features, measure};
 pub use peak::{PeakSettings, Peaks, peaks};
 pub use pressure::{Harmonic, PressureFeatures, PressureSettings, measure_pressure};
 pub use ratio::{FRACTIONAL_LINES, Ratio};
-pub use repetition::{Repetition, repetition};
+pub use repetition::{Repetition, impulse_spans, repetition};
 pub use similarity::{Similarity, similarity};
 pub use spectrum::{AmplitudeSpectrum, amplitude_spectrum};
 pub use window::{Window, envelope};

@@ -1,8 +1,10 @@
 //! Repetition of the impulses of a train.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
-use super::{FeatureError, Window, impulse::spans, line::check_finite};
+use super::{FeatureError, Window, line::check_finite};
 use crate::Series;
 
 /// The train of impulses above half the positive peak.
@@ -35,7 +37,8 @@ pub fn repetition(
     }
     let (rise, fall) = (0.5 * positive_peak, 0.35 * positive_peak);
     // One cut off by an end of the window has no centroid and is left out.
-    let instants: Vec<f64> = spans(series, range, rise, fall).into_iter().map(|(_, centroid)| centroid).collect();
+    let instants: Vec<f64> =
+        impulse_spans(series, range, rise, fall).into_iter().map(|(_, centroid)| centroid).collect();
     if instants.len() < 2 {
         return Ok(None);
     }
@@ -44,4 +47,31 @@ pub fn repetition(
     let mean = intervals.iter().sum::<f64>() / count;
     let variance = intervals.iter().map(|interval| (interval - mean).powi(2)).sum::<f64>() / count;
     Ok(Some(Repetition { impulses: instants.len(), mean_interval_periods: mean, irregularity: variance.sqrt() / mean }))
+}
+
+/// Samples of every impulse of a range, up to the one below `fall`, and the centroid (s) of what exceeds `rise`.
+pub fn impulse_spans(series: &Series, range: Range<usize>, rise: f64, fall: f64) -> Vec<(Range<usize>, f64)> {
+    let mut spans = Vec::new();
+    if rise <= 0.0 {
+        return spans;
+    }
+    let (mut begun, mut weight, mut moment) = (None, 0.0, 0.0);
+    for index in range.clone() {
+        let value = series.values[index];
+        if value > rise {
+            begun = begun.or(Some(index));
+        }
+        let Some(first) = begun else { continue };
+        let above = (value - rise).max(0.0);
+        weight += above;
+        moment += above * series.time(index);
+        if value < fall {
+            // One the window begins in has no centroid.
+            if first > range.start {
+                spans.push((first..index, moment / weight));
+            }
+            (begun, weight, moment) = (None, 0.0, 0.0);
+        }
+    }
+    spans
 }

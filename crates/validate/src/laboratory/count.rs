@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{super::synthetic::median, Condition, LaboratoryFit, LaboratoryRecord, Regime};
+use super::{Condition, LaboratoryFit, LaboratoryRecord, Regime};
 use granchain_calibration::{
     agreement::{DOUBTFUL, OUTSIDE},
     diagnosis::{Cause, Finding},
     fit::{Estimate, Verdict},
 };
+use granchain_signal::median;
 
 const LEVEL: f64 = 0.9;
 
@@ -227,24 +228,4 @@ impl WrongTally {
             refused: count(|synthetic| synthetic.fit.is_err()),
         }
     }
-}
-
-/// Interval for a probability of which `hits` of `count` trials speak (Wilson 1927), `z` standard deviations wide.
-///
-/// p = (k + z²/2)/(n + z²) ± z/(n + z²) √(k(n − k)/n + z²/4). Unlike p ± √(p(1 − p)/n) it never leaves 0…1.
-///
-/// ```
-/// use granchain_validate::laboratory::wilson;
-/// // 66 of 80 is the smallest count that a true probability of 0.9 explains at z = 2.576 (99 %).
-/// assert!(wilson(66, 80, 2.576).1 > 0.9 && wilson(65, 80, 2.576).1 < 0.9);
-/// ```
-#[must_use]
-pub fn wilson(hits: usize, count: usize, z: f64) -> (f64, f64) {
-    if count == 0 {
-        return (0.0, 1.0);
-    }
-    let (k, n) = (hits as f64, count as f64);
-    let middle = (k + 0.5 * z * z) / (n + z * z);
-    let half = z / (n + z * z) * (k * (n - k) / n + 0.25 * z * z).sqrt();
-    ((middle - half).max(0.0), (middle + half).min(1.0))
 }

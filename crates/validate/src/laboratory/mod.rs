@@ -13,7 +13,8 @@ mod instrument;
 pub(crate) mod record;
 
 pub use condition::{Condition, Expected, Setting};
-pub use count::{LaboratoryCount, ParameterCount, Tally, WrongTally, wilson};
+pub use count::{LaboratoryCount, ParameterCount, Tally, WrongTally};
+pub use granchain_calibration::design::NAMES;
 pub use instrument::{CausalFilter, Laboratory};
 pub use record::{Files, Regime};
 
@@ -32,6 +33,7 @@ use granchain_calibration::predict::predicted::with_causes;
 use granchain_calibration::{
     Plan, Problem, Schedule,
     bench::Bench,
+    design::FINER,
     diagnosis::Finding,
     drive::RecordedDrive,
     fidelity::Bodies,
@@ -48,12 +50,6 @@ use granchain_record::ReadOptions;
 
 /// The scene of every bench.
 const SCENE: &str = "annulus";
-
-/// The files of a record: the horn's and the vibrometer's.
-pub const NAMES: [&str; 2] = ["horn_tip.csv", "vib.csv"];
-
-/// Mesh of a truth over that of its fit; a fit measures its own error on one 1.5 times as dense. One of 1.75 is no truth: its error moves α by 1 %.
-pub(crate) const FINER: f64 = 2.5;
 
 /// What is to be made and fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

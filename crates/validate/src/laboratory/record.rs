@@ -4,8 +4,6 @@
 //! drive, bench ─ mean of shots ─ drop-outs ─ vibrometer ─ crosstalk ─ AC coupling ─ anti-alias filter ─ samples at the channel's clock ─ gain, offset, hum, drift, noise ─ clipping ─ bits ─ file
 //! ```
 
-use std::fmt::Write;
-
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -15,6 +13,7 @@ use super::{
     condition::{GAP, Setting},
     instrument::{CausalFilter, Laboratory},
 };
+use granchain_calibration::design::record::{ANTI_ALIAS, FINE, MARGIN, csv, shots};
 use granchain_model::{
     ModelError,
     response::Response,
@@ -25,20 +24,11 @@ use granchain_signal::{
     spline::{Ends, Spline},
 };
 
-/// Samples a drive period of the truth: a whole number, so that periods are compared sample by sample.
-pub(crate) const FINE: usize = 256;
-
-/// Simulated beyond both ends of a record, s: room for filters and triggers.
-pub(crate) const MARGIN: f64 = 30e-6;
-
 /// Periods of the drive over which a motion is asked for its own period.
 const LATE: usize = 12;
 
 /// What may differ between one period and the next, relative to its rms: the burst still grows by a few per cent.
 const ALIKE: f64 = 0.15;
-
-/// Cutoff of an oscilloscope's anti-alias filter over the sample rate.
-pub(crate) const ANTI_ALIAS: f64 = 0.45;
 
 /// How a truth moves once the drive has been on for a while.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -137,31 +127,6 @@ fn driven(scene: Scene, lab: &Laboratory) -> Scene {
     let displacement = Series::new(0.0, step, values.collect());
     let until = displacement.end();
     scene.with_continued_record(displacement, until, vec![], frequency, None)
-}
-
-/// What the bead does in one shot, or in the mean of several, each with gaps (half-normal, of this scale in m) of its own and this jitter (s).
-pub(crate) fn shots(
-    truth: &Scene,
-    (averages, scale): (Option<(usize, f64)>, f64),
-    random: &mut ChaCha8Rng,
-    run: &dyn Fn(&Scene) -> Result<Series, ModelError>,
-) -> Result<Series, ModelError> {
-    let mut mean = run(truth)?;
-    let Some((count, jitter)) = averages else { return Ok(mean) };
-    for _ in 1..count {
-        let mut scene = truth.clone();
-        scene.chain.gaps.iter_mut().for_each(|gap| {
-            let normal: f64 = StandardNormal.sample(random);
-            *gap = scale * normal.abs();
-        });
-        let late: f64 = StandardNormal.sample(random);
-        let shot = Spline::new(&run(&scene)?, Ends::Natural);
-        let (start, step, end) = (mean.start, mean.step, mean.end());
-        for (index, value) in mean.values.iter_mut().enumerate() {
-            *value += shot.at((start + index as f64 * step - jitter * late).clamp(start, end)).0;
-        }
-    }
-    Ok(mean.map(|value| value / count as f64))
 }
 
 /// Simulate `truth`, of [`truth_scene`], by `run` and record it; noise is drawn from `random`.
@@ -469,18 +434,6 @@ fn causal(series: &Series, shape: CausalFilter, bandwidth: f64) -> Series {
         }
     }
     Series::new(series.start - delay, series.step, values)
-}
-
-/// A file in µs and `unit`: six digits below its peak.
-pub(crate) fn csv(series: &Series, later: f64, (factor, column): (f64, &str), head: &[String]) -> Vec<u8> {
-    let peak = (factor * series.peak()).max(f64::MIN_POSITIVE);
-    let digits = (6 - peak.log10().floor() as i32).clamp(2, 12) as usize;
-    let mut text: String = head.iter().map(|line| format!("# {line}\n")).collect();
-    let _ = writeln!(text, "time_us,{column}");
-    for (index, value) in series.values.iter().enumerate() {
-        let _ = writeln!(text, "{:.4},{:.digits$}", 1e6 * (series.time(index) + later), factor * value);
-    }
-    text.into_bytes()
 }
 
 /// An AC coupling: a high-pass of first order, at rest where the series begins.

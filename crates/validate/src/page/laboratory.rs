@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::laboratory::{LaboratoryCount, LaboratoryRecord, ParameterCount, Tally, WrongTally, wilson};
+use crate::laboratory::{LaboratoryCount, LaboratoryRecord, ParameterCount, Tally, WrongTally};
+use granchain_calibration::design::wilson;
 use granchain_report::{
     number::{fixed, significant},
-    page::{Block, Column, Files, Page, ReportError, Table, Tone, provenance},
+    page::{Block, Column, Files, Page, ReportError, Table, Tone, csv_bytes, provenance},
 };
 
 /// A count is called compatible with the claim within 99 %.
@@ -39,7 +40,7 @@ impl LaboratoryReport {
             return Err(ReportError::Missing { field: "twins" });
         }
         let mut files = self.page().files()?;
-        files.push(("laboratory.csv".into(), csv(&self.synthetics).into_bytes()));
+        files.push(("laboratory.csv".into(), csv(&self.synthetics)?));
         Ok(files)
     }
 
@@ -170,11 +171,11 @@ fn wrong(tallies: &[WrongTally]) -> Table {
     }
 }
 
-fn csv(synthetics: &[LaboratoryRecord]) -> String {
-    let mut text = String::from(
-        "condition,number,support,damping_kind,regime,beads,sample_rate_hz,verdict,p_value,alpha,alpha_low,alpha_median,alpha_high,\
-         damping_si,damping_low_si,damping_median_si,damping_high_si,quoted,not_within,named,warned,refusal\n",
-    );
+fn csv(synthetics: &[LaboratoryRecord]) -> Result<Vec<u8>, ReportError> {
+    let heads = "condition,number,support,damping_kind,regime,beads,sample_rate_hz,verdict,p_value,alpha,alpha_low,alpha_median,alpha_high,damping_si,\
+                 damping_low_si,damping_median_si,damping_high_si,quoted,not_within,named,warned,refusal";
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(heads.split(','))?;
     for synthetic in synthetics {
         let setting = &synthetic.setting;
         let mut cells = vec![
@@ -197,11 +198,8 @@ fn csv(synthetics: &[LaboratoryRecord]) -> String {
         }
         cells.push(fit.map_or_else(String::new, |fit| fit.quoted.to_string()));
         cells.extend([synthetic.unmasked(), synthetic.named(), synthetic.warned()].map(|is| is.to_string()));
-        let refusal =
-            synthetic.fit.as_ref().err().map_or_else(String::new, |text| format!("\"{}\"", text.replace('"', "\"\"")));
-        cells.push(refusal);
-        text.push_str(&cells.join(","));
-        text.push('\n');
+        cells.push(synthetic.fit.as_ref().err().cloned().unwrap_or_default());
+        table.write_record(&cells)?;
     }
-    text
+    csv_bytes(table)
 }

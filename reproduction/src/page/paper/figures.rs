@@ -6,7 +6,7 @@ use super::{
 };
 use crate::paper::{LAWS, Law, PaperOutcome, ReadingOutcome, SweepPoint};
 use crate::portrait::Trait;
-use granchain_calibration::predict::published::{KUWABARA_KONO, LINEAR, MEASURED};
+use crate::published::{KUWABARA_KONO, LINEAR, MEASURED};
 use granchain_report::{
     figure::{Axis, Colour, Dash, ErrorPoint, Figure, Layer, Marker, PAGE_WIDTH_MM, Panel, Polygon, Stroke, trace},
     number::fixed,

@@ -8,11 +8,8 @@ pub(crate) trait Arithmetic: Copy {
     type Row: Copy;
 
     fn zero(self) -> Self::Row;
-    fn scale(self, factor: f64, row: Self::Row) -> Self::Row;
     /// sum + factor × row, fused where the machine can; results of two machines differ by that rounding alone.
     fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;
-    /// sum − factor × row.
-    fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row;
     fn rows(numbers: &[f64]) -> &[Self::Row];
     fn rows_mut(numbers: &mut [f64]) -> &mut [Self::Row];
 }
@@ -24,22 +21,6 @@ pub(crate) trait Kernel {
 /// Run a kernel on rows of `width` numbers: widths are 1, 2, 4, 6, 8, 12 or multiples of 8.
 pub(crate) fn run(width: usize, kernel: impl Kernel) {
     granchain_signal::vectors::of_four(Dispatch { width, kernel });
-}
-
-/// Run a kernel on single numbers.
-pub(crate) fn run_alone(kernel: impl Kernel) {
-    granchain_signal::vectors::of_four(Alone(kernel));
-}
-
-struct Alone<K>(K);
-
-impl<K: Kernel> pulp::WithSimd for Alone<K> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.run(Numbers::<S, 1>(PhantomData), 1);
-    }
 }
 
 struct Dispatch<K> {
@@ -94,22 +75,12 @@ impl<S: Simd, const W: usize> Arithmetic for Numbers<S, W> {
     }
 
     #[inline(always)]
-    fn scale(self, factor: f64, row: Self::Row) -> Self::Row {
-        row.map(|value| factor * value)
-    }
-
-    #[inline(always)]
     fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
         let mut out = sum;
         for (sum, value) in out.iter_mut().zip(row) {
             *sum = if S::F64_LANES > 1 { factor.mul_add(value, *sum) } else { *sum + factor * value };
         }
         out
-    }
-
-    #[inline(always)]
-    fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
-        self.plus(sum, -factor, row)
     }
 
     #[inline(always)]
@@ -135,27 +106,11 @@ impl<S: Simd, const R: usize> Arithmetic for Vectors<S, R> {
     }
 
     #[inline(always)]
-    fn scale(self, factor: f64, row: Self::Row) -> Self::Row {
-        let factor = self.0.splat_f64s(factor);
-        row.map(|row| self.0.mul_f64s(factor, row))
-    }
-
-    #[inline(always)]
     fn plus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
         let factor = self.0.splat_f64s(factor);
         let mut out = sum;
         for (sum, row) in out.iter_mut().zip(row) {
             *sum = self.0.mul_add_e_f64s(factor, row, *sum);
-        }
-        out
-    }
-
-    #[inline(always)]
-    fn minus(self, sum: Self::Row, factor: f64, row: Self::Row) -> Self::Row {
-        let factor = self.0.splat_f64s(factor);
-        let mut out = sum;
-        for (sum, row) in out.iter_mut().zip(row) {
-            *sum = self.0.negate_mul_add_e_f64s(factor, row, *sum);
         }
         out
     }

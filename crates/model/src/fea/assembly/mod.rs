@@ -13,5 +13,5 @@ mod sparse;
 
 pub use columns::Columns;
 pub use dof::{Direction, DofMap};
-pub(crate) use lanes::{Arithmetic, Kernel, Numbers, Vectors, run, run_alone};
+pub(crate) use lanes::{Arithmetic, Kernel, Numbers, Vectors, run};
 pub(crate) use sparse::SymmetricSparse;

@@ -5,7 +5,7 @@ use crate::{
     scene::Material,
 };
 
-/// Why a mesh and its materials make no body. Elements and nodes count from 0.
+/// Why a mesh and its material make no body. Elements and nodes count from 0.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BodyError {
@@ -13,10 +13,6 @@ pub enum BodyError {
         "boundary `{boundary}`: expected a named boundary of the mesh, which has {known:?}; name it in the mesh or ask for one of these"
     )]
     Boundary { boundary: String, known: Vec<String> },
-    #[error(
-        "element {element}: expected one of {count} materials, found number {material} (from 0); give its material"
-    )]
-    Material { element: usize, material: u16, count: usize },
     #[error("material `{material}`: `{quantity}`: expected {expected}, found {found:e}; correct it")]
     Unphysical { material: String, quantity: &'static str, expected: &'static str, found: f64 },
     #[error("{place}: expected nodes below {count}, found {node}; correct the mesh")]
@@ -32,23 +28,20 @@ pub enum BodyError {
         source: ElementError,
     },
     #[error(
-        "element {element} has all its nodes on contact boundaries, so none is left to carry its mass; refine the mesh there or \
-         choose consistent mass"
+        "element {element} has all its nodes on contact boundaries, so none is left to carry its mass; refine the mesh there"
     )]
     MasslessElement { element: usize },
 }
 
-pub(super) fn check(mesh: &Mesh, materials: &[Material]) -> Result<(), BodyError> {
-    for material in materials {
-        let (modulus, ratio, density) = (material.youngs_modulus, material.poissons_ratio, material.density);
-        for (quantity, expected, found, is_sound) in [
-            ("youngs_modulus", "a finite number > 0 Pa", modulus, modulus > 0.0 && modulus.is_finite()),
-            ("poissons_ratio", "−1 < ν < 0.5", ratio, ratio > -1.0 && ratio < 0.5),
-            ("density", "a finite number > 0 kg/m³", density, density > 0.0 && density.is_finite()),
-        ] {
-            if !is_sound {
-                return Err(BodyError::Unphysical { material: material.name.clone(), quantity, expected, found });
-            }
+pub(super) fn check(mesh: &Mesh, material: &Material) -> Result<(), BodyError> {
+    let (modulus, ratio, density) = (material.youngs_modulus, material.poissons_ratio, material.density);
+    for (quantity, expected, found, is_sound) in [
+        ("youngs_modulus", "a finite number > 0 Pa", modulus, modulus > 0.0 && modulus.is_finite()),
+        ("poissons_ratio", "−1 < ν < 0.5", ratio, ratio > -1.0 && ratio < 0.5),
+        ("density", "a finite number > 0 kg/m³", density, density > 0.0 && density.is_finite()),
+    ] {
+        if !is_sound {
+            return Err(BodyError::Unphysical { material: material.name.clone(), quantity, expected, found });
         }
     }
     let count = mesh.nodes.len();
@@ -58,11 +51,8 @@ pub(super) fn check(mesh: &Mesh, materials: &[Material]) -> Result<(), BodyError
         }
     }
     let mut is_held = vec![false; count];
-    for (element, corners) in mesh.elements.iter().enumerate() {
-        if usize::from(corners.material) >= materials.len() {
-            return Err(BodyError::Material { element, material: corners.material, count: materials.len() });
-        }
-        for &node in corners.nodes() {
+    for (element, nodes) in mesh.elements.iter().enumerate() {
+        for &node in nodes {
             let place = || format!("element {element}");
             *is_held.get_mut(node as usize).ok_or_else(|| BodyError::NodeNumber { place: place(), node, count })? =
                 true;

@@ -316,13 +316,6 @@ impl Contacts {
         // The piston is pushed by its own contact alone; it moves by that where the horn gives way.
         body.checked_sub(1).map_or(0.0, |contact| states[contact].total()) - states[body].total()
     }
-
-    /// Displacement and velocity of body b at the end of the step, m and m/s.
-    pub(crate) fn rigid_motion(&self, body: usize, rigid: &RigidPrediction, states: &[ContactState]) -> (f64, f64) {
-        let net = self.net(body, states);
-        let mobility = self.mobilities[body];
-        (rigid.displacement + mobility.displacement * net, rigid.velocity + mobility.velocity * net)
-    }
 }
 
 #[cfg(test)]

@@ -162,12 +162,6 @@ impl Compliance {
         self.factor
     }
 
-    /// W to be rewritten in place, row by row; only for [`Ordering::Any`], which keeps no factor of it.
-    pub(crate) fn rewrite(&mut self) -> &mut [f64] {
-        debug_assert_eq!(self.ordering, Ordering::Any);
-        &mut self.matrix
-    }
-
     /// Solve for the forces (N); `forces` holds the last known ones on entry, `gaps` (m) the final gaps on return.
     pub(crate) fn solve(
         &self,

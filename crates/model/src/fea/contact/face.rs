@@ -62,26 +62,11 @@ impl Face {
     }
 
     pub(crate) fn terms(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.range(i);
+        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
         self.unknowns[range.clone()]
             .iter()
             .map(|&unknown| unknown as usize)
             .zip(self.coefficients[range].iter().copied())
-    }
-
-    /// Places of the terms of point i in the list of all terms.
-    pub(super) fn range(&self, i: usize) -> std::ops::Range<usize> {
-        self.starts[i] as usize..self.starts[i + 1] as usize
-    }
-
-    pub(super) fn unknown(&self, k: usize) -> usize {
-        self.unknowns[k] as usize
-    }
-
-    /// Replace the coefficients and axial parts, the unknowns staying: `coefficient(k)` of term k, `axial(i)` of point i.
-    pub(super) fn reweigh(&mut self, coefficient: impl Fn(usize) -> f64, axial: impl Fn(usize) -> f64) {
-        self.coefficients.iter_mut().enumerate().for_each(|(k, value)| *value = coefficient(k));
-        self.axial.iter_mut().enumerate().for_each(|(i, value)| *value = axial(i));
     }
 
     /// Outward normal displacement of point i, m.

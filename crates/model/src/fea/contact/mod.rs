@@ -4,4 +4,3 @@ pub(crate) mod chain;
 pub(crate) mod complementarity;
 pub(crate) mod face;
 pub(crate) mod pair;
-pub(crate) mod ring;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use thiserror::Error;
 
 use super::{dilatation::Dilatation, interpolate, rule};
-use crate::{fea::mesh::Shape, scene::Material};
+use crate::scene::Material;
 
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
@@ -49,8 +49,8 @@ pub(super) struct Local {
 }
 
 impl Local {
-    pub(crate) fn new(shape: Shape, places: &[[f64; 2]], xi: f64, eta: f64) -> Self {
-        let at = interpolate(shape, xi, eta);
+    pub(crate) fn new(places: &[[f64; 2]; 8], xi: f64, eta: f64) -> Self {
+        let at = interpolate(xi, eta);
         let mut place = [0.0; 2];
         let mut map = [[0.0; 2]; 2]; // map[a][b] = ∂x_a/∂ξ_b
         for (node, x) in places.iter().enumerate() {
@@ -88,17 +88,16 @@ pub(crate) struct ElementMatrices {
 
 impl ElementMatrices {
     /// Matrices of the element with its nodes at `places` (r, z), m.
-    pub(crate) fn new(shape: Shape, places: &[[f64; 2]], material: &Material) -> Result<Self, ElementError> {
-        let nodes = shape.nodes();
+    pub(crate) fn new(places: &[[f64; 2]; 8], material: &Material) -> Result<Self, ElementError> {
         let mut d = elasticity(material);
-        let mut dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(|| Dilatation::new(shape));
+        let mut dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(Dilatation::new);
         if dilatation.is_some() {
             let bulk = bulk_modulus(material);
             d.iter_mut().take(3).flat_map(|row| &mut row[..3]).for_each(|entry| *entry -= bulk);
         }
         let mut out = Self { stiffness: [[0.0; 16]; 16], mass: [[0.0; 8]; 8], volume: 0.0 };
-        for point in rule(shape) {
-            let local = Local::new(shape, &places[..nodes], point.xi, point.eta);
+        for point in rule() {
+            let local = Local::new(places, point.xi, point.eta);
             let [r, z] = local.place;
             if !(local.jacobian > 0.0) {
                 return Err(ElementError::Jacobian { r, z, jacobian: local.jacobian });
@@ -110,7 +109,7 @@ impl ElementMatrices {
             out.volume += weight;
             let mut strain = [[0.0; 4]; 16];
             let mut stress = [[0.0; 4]; 16];
-            for node in 0..nodes {
+            for node in 0..8 {
                 let [along_r, along_z] = local.strain(node);
                 strain[2 * node] = along_r;
                 strain[2 * node + 1] = along_z;
@@ -123,12 +122,12 @@ impl ElementMatrices {
                     *component = weight * dot(row, strain);
                 }
             }
-            for (row, (entries, strain)) in out.stiffness.iter_mut().zip(&strain).enumerate().take(2 * nodes) {
+            for (row, (entries, strain)) in out.stiffness.iter_mut().zip(&strain).enumerate() {
                 for (entry, stress) in entries.iter_mut().zip(&stress).take(row + 1) {
                     *entry += dot(strain, stress);
                 }
             }
-            for row in 0..nodes {
+            for row in 0..8 {
                 for column in 0..=row {
                     out.mass[row][column] += weight * material.density * local.value[row] * local.value[column];
                 }
@@ -158,7 +157,7 @@ impl ElementMatrices {
     /// Returns `false`, changing nothing, when no node is left to carry it.
     ///
     /// Mass redistribution: arXiv 1601.00778; massless contact boundaries in dynamics: arXiv 2111.07693.
-    pub(crate) fn drop_mass(&mut self, massless: &[bool]) -> bool {
+    pub(crate) fn drop_mass(&mut self, massless: &[bool; 8]) -> bool {
         let sum = |mass: &[[f64; 8]; 8]| mass.iter().flatten().sum::<f64>();
         let before = sum(&self.mass);
         let mut rest = self.mass;
@@ -195,7 +194,7 @@ mod tests {
     #[test]
     fn rigid_translation_along_the_axis_has_no_stiffness_and_the_whole_mass() {
         let steel = Material::chrome_steel();
-        let element = ElementMatrices::new(Shape::Quadrilateral8, &CURVED, &steel).unwrap();
+        let element = ElementMatrices::new(&CURVED, &steel).unwrap();
         let largest = element.stiffness.iter().flatten().fold(0.0_f64, |most, entry| most.max(entry.abs()));
         for row in &element.stiffness {
             let force: f64 = (0..8).map(|node| row[2 * node + 1]).sum();
@@ -208,7 +207,7 @@ mod tests {
 
     #[test]
     fn dropping_mass_keeps_the_whole() {
-        let mut element = ElementMatrices::new(Shape::Quadrilateral8, &CURVED, &Material::chrome_steel()).unwrap();
+        let mut element = ElementMatrices::new(&CURVED, &Material::chrome_steel()).unwrap();
         let before: f64 = element.mass.iter().flatten().sum();
         assert!(element.drop_mass(&[true, true, false, false, true, false, false, false]));
         let after: f64 = element.mass.iter().flatten().sum();
@@ -223,7 +222,7 @@ mod tests {
         places.swap(1, 3);
         places.swap(4, 7);
         places.swap(5, 6);
-        let refusal = ElementMatrices::new(Shape::Quadrilateral8, &places, &Material::chrome_steel());
+        let refusal = ElementMatrices::new(&places, &Material::chrome_steel());
         let Err(ElementError::Jacobian { r, z, jacobian }) = refusal else { panic!("{refusal:?}") };
         assert!(jacobian < 0.0 && (0.0..1.3).contains(&r) && (-0.1..1.1).contains(&z));
     }

@@ -1,4 +1,4 @@
-//! Elements of axisymmetric linear elasticity: 8-node quadrilaterals and 6-node triangles.
+//! Elements of axisymmetric linear elasticity: 8-node quadrilaterals.
 //!
 //! Strain and stress have four components in the order (rr, zz, θθ, rz), the shear strain being γ_rz = 2 ε_rz:
 //!
@@ -7,12 +7,11 @@
 //! K_e = ∫ Bᵀ D B dV,   M_e = ∫ ρ N Nᵀ dV  (one scalar matrix for both directions)
 //! ```
 //!
-//! Integration: 3 × 3 Gauss points on the quadrilateral, 7 points of degree 5 on the triangle. Both integrate the volume and the
-//! nodal forces of a constant stress exactly, curved sides included, so the patch test holds to rounding and the mass
-//! is that of the meshed volume.
+//! Integration: 3 × 3 Gauss points. They integrate the volume and the nodal forces of a constant stress exactly, curved sides included, so
+//! the patch test holds to rounding and the mass is that of the meshed volume.
 //!
-//! Nearly incompressible material, ν > 0.45: the change of volume is held to a linear field in each element (constant on triangles), else it
-//! would lock; below, that would gain nothing.
+//! Nearly incompressible material, ν > 0.45: the change of volume is held to a linear field in each element, else it would
+//! lock; below, that would gain nothing.
 //!
 //! Hughes (2000), *The Finite Element Method*, ch. 2 and 3; Zienkiewicz & Taylor (2000), *The Finite Element Method*, vol. 1, ch. 5 and 8.
 

@@ -6,41 +6,35 @@ use super::{
     dilatation::Dilatation,
     matrix::{Local, NEARLY_INCOMPRESSIBLE, dot, elasticity},
     rule,
-    shape::{QUADRILATERAL_NODES, TRIANGLE_NODES},
+    shape::NODES,
 };
-use crate::{fea::mesh::Shape, scene::Material};
+use crate::scene::Material;
 
 /// Stress (rr, zz, θθ, rz) at the nodes of an element, Pa, tension positive.
 ///
-/// Sampled where quadratic elements are most accurate (2 × 2 Gauss points of the quadrilateral, the three interior points of degree 2 of
-/// the triangle) and extrapolated (bi)linearly: exact for a linear stress on an affine element.
+/// Sampled where quadratic elements are most accurate (2 × 2 Gauss points) and extrapolated bilinearly: exact for a linear stress on an
+/// affine element.
 ///
 /// - `places`: its nodes (r, z), m
 /// - `displacement`: (u_r, u_z) of its nodes, m
 ///
 /// Barlow (1976), *Int. J. Numer. Meth. Engng* 10, 243.
-pub(crate) fn node_stress(
-    shape: Shape,
-    places: &[[f64; 2]],
-    material: &Material,
-    displacement: &[[f64; 2]],
-) -> [[f64; 4]; 8] {
-    let nodes = shape.nodes();
+pub(crate) fn node_stress(places: &[[f64; 2]; 8], material: &Material, displacement: &[[f64; 2]; 8]) -> [[f64; 4]; 8] {
     let d = elasticity(material);
     let dilatation = (material.poissons_ratio > NEARLY_INCOMPRESSIBLE).then(|| {
-        let mut dilatation = Dilatation::new(shape);
-        for point in rule(shape) {
-            let local = Local::new(shape, &places[..nodes], point.xi, point.eta);
+        let mut dilatation = Dilatation::new();
+        for point in rule() {
+            let local = Local::new(places, point.xi, point.eta);
             let mut strain = [[0.0; 4]; 16];
-            (0..nodes).for_each(|node| [strain[2 * node], strain[2 * node + 1]] = local.strain(node));
+            (0..8).for_each(|node| [strain[2 * node], strain[2 * node + 1]] = local.strain(node));
             dilatation.add(point.xi, point.eta, point.weight * local.jacobian * TAU * local.place[0], &strain);
         }
         dilatation
     });
     let sample = |xi: f64, eta: f64| {
-        let local = Local::new(shape, &places[..nodes], xi, eta);
+        let local = Local::new(places, xi, eta);
         let mut strain = [0.0; 4];
-        for (node, [u_r, u_z]) in displacement.iter().enumerate().take(nodes) {
+        for (node, [u_r, u_z]) in displacement.iter().enumerate() {
             let [along_r, along_z] = local.strain(node);
             for (k, sum) in strain.iter_mut().enumerate() {
                 *sum += along_r[k] * u_r + along_z[k] * u_z;
@@ -53,31 +47,13 @@ pub(crate) fn node_stress(
         [0, 1, 2, 3].map(|k| dot(&d[k], &strain))
     };
     let mut out = [[0.0; 4]; 8];
-    match shape {
-        Shape::Quadrilateral8 => {
-            let g = 1.0 / 3.0_f64.sqrt();
-            let samples =
-                [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| (x, y, sample(g * x, g * y)));
-            for (stress, [xi, eta]) in out.iter_mut().zip(QUADRILATERAL_NODES) {
-                for (x, y, value) in &samples {
-                    let weight = 0.25 * (1.0 + x * xi / g) * (1.0 + y * eta / g);
-                    for (sum, part) in stress.iter_mut().zip(value) {
-                        *sum += weight * part;
-                    }
-                }
-            }
-        }
-        Shape::Triangle6 => {
-            let samples =
-                [(1.0 / 6.0, 1.0 / 6.0), (2.0 / 3.0, 1.0 / 6.0), (1.0 / 6.0, 2.0 / 3.0)].map(|(x, y)| sample(x, y));
-            for (stress, [xi, eta]) in out.iter_mut().zip(TRIANGLE_NODES) {
-                // Linear through the three points: barycentric coordinates of the smaller triangle.
-                let (x, y) = (2.0 * (xi - 1.0 / 6.0), 2.0 * (eta - 1.0 / 6.0));
-                for (weight, value) in [1.0 - x - y, x, y].into_iter().zip(&samples) {
-                    for (sum, part) in stress.iter_mut().zip(value) {
-                        *sum += weight * part;
-                    }
-                }
+    let g = 1.0 / 3.0_f64.sqrt();
+    let samples = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| (x, y, sample(g * x, g * y)));
+    for (stress, [xi, eta]) in out.iter_mut().zip(NODES) {
+        for (x, y, value) in &samples {
+            let weight = 0.25 * (1.0 + x * xi / g) * (1.0 + y * eta / g);
+            for (sum, part) in stress.iter_mut().zip(value) {
+                *sum += weight * part;
             }
         }
     }
@@ -106,25 +82,15 @@ mod tests {
         // u_z = z²/2 gives strain zz = z and nothing else; u_r = 0.
         let steel = Material::chrome_steel();
         let stiff = elasticity(&steel);
-        let triangle = [[0.2, 0.1], [1.1, 0.3], [0.5, 1.0]];
-        let middle = |a: [f64; 2], b: [f64; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-        let t = triangle;
-        let triangle = vec![t[0], t[1], t[2], middle(t[0], t[1]), middle(t[1], t[2]), middle(t[2], t[0])];
         let [a, b] = [[0.9, 0.2], [0.1, 0.7]];
         let corner = |x: f64, y: f64| [0.3 + a[0] * x + b[0] * y, 0.1 + a[1] * x + b[1] * y];
-        let quadrilateral: Vec<_> =
-            [(0., 0.), (1., 0.), (1., 1.), (0., 1.), (0.5, 0.), (1., 0.5), (0.5, 1.), (0., 0.5)]
-                .into_iter()
-                .map(|(x, y)| corner(x, y))
-                .collect();
-        for (shape, places) in [(Shape::Triangle6, triangle), (Shape::Quadrilateral8, quadrilateral)] {
-            let displacement: Vec<_> = places.iter().map(|[_, z]| [0.0, 0.5 * z * z]).collect();
-            let stress = node_stress(shape, &places, &steel, &displacement);
-            for (place, stress) in places.iter().zip(stress) {
-                for k in 0..4 {
-                    // Rounding of sums of terms of order D.
-                    assert!((stress[k] - stiff[k][1] * place[1]).abs() < 1e-13 * stiff[1][1], "{shape:?} {k}");
-                }
+        let places = [(0., 0.), (1., 0.), (1., 1.), (0., 1.), (0.5, 0.), (1., 0.5), (0.5, 1.), (0., 0.5)]
+            .map(|(x, y)| corner(x, y));
+        let stress = node_stress(&places, &steel, &places.map(|[_, z]| [0.0, 0.5 * z * z]));
+        for (place, stress) in places.iter().zip(stress) {
+            for k in 0..4 {
+                // Rounding of sums of terms of order D.
+                assert!((stress[k] - stiff[k][1] * place[1]).abs() < 1e-13 * stiff[1][1], "{k}");
             }
         }
     }

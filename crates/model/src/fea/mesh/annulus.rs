@@ -12,7 +12,7 @@ use super::{
     butterfly::{self, Quarter},
     weave::Weave,
 };
-use crate::scene::{AnnulusShape, Elements};
+use crate::scene::AnnulusShape;
 
 /// A half disc revolved about the axis, its flat side outwards and clamped, and the bead that lies on it.
 ///
@@ -67,8 +67,6 @@ impl HalfTorus {
 pub struct AnnulusMesh {
     /// Density n ≥ 2, as that of a bead: the contact patch has 4⌈n/2⌉ elements along the surface, 24 at the default 12.
     pub density: usize,
-    /// Elements of the contact patch and of the patch opposite.
-    pub elements: Elements,
     /// Half width of the contact patch along the surface, m.
     pub patch_half_width: f64,
 }
@@ -79,7 +77,7 @@ impl AnnulusMesh {
 
     /// Quadrilaterals at this density, patch as shown to work.
     pub const fn of_density(density: usize) -> Self {
-        Self { density, elements: Elements::Quadrilaterals, patch_half_width: Self::PATCH_HALF_WIDTH }
+        Self { density, patch_half_width: Self::PATCH_HALF_WIDTH }
     }
 
     /// As [`AnnulusMesh::of_density`], with a patch for that ring: as wide as its contact grows at 5 µm of approach, which goes as √b, and no
@@ -231,10 +229,10 @@ pub fn annulus(shape: &HalfTorus, settings: &AnnulusMesh) -> Result<Mesh, MeshEr
             weave.curve(side[0], side[1], middle);
         }
     };
-    let outward = butterfly::fill(&mut weave, &fractions, settings.elements, None, |at| section.patch(at), curve);
+    let outward = butterfly::fill(&mut weave, &fractions, None, |at| section.patch(at), curve);
     let inward_place = |[x, y]: [f64; 2]| section.patch([-x, y]);
     let shared = Some(&outward.along_y[..]);
-    let inward = butterfly::fill(&mut weave, &fractions, settings.elements, shared, inward_place, curve);
+    let inward = butterfly::fill(&mut weave, &fractions, shared, inward_place, curve);
     let rim: Vec<u32> = outward.arc.iter().chain(inward.arc.iter().rev().skip(1)).copied().collect();
     let rim_places: Vec<[f64; 2]> = rim.iter().map(|vertex| weave.place(*vertex)).collect();
 

@@ -14,7 +14,7 @@ use super::{
     butterfly::{self, Quarter},
     weave::Weave,
 };
-use crate::scene::{DEFAULT_CONTACT_PATCH, Elements};
+use crate::scene::DEFAULT_CONTACT_PATCH;
 
 /// Grading p of the surface vertices r = r₀ (i/2n)^p, 1: makes the patch's last element as long as the strip's first is wide.
 const GRADING: f64 = 1.6;
@@ -23,15 +23,14 @@ const GRADING: f64 = 1.6;
 pub struct BeadMesh {
     /// Density n ≥ 2: a pole's patch has 2n elements along the surface and along the axis. 8 is quick, 12 the default, 16 to 24 a reference.
     pub density: usize,
-    pub elements: Elements,
     /// Radius r₀ of a polar patch over the bead's radius, 1, above 0 and at most 0.5.
     pub patch_radius: f64,
 }
 
 impl BeadMesh {
-    /// Quadrilaterals at this density, patch as shown to work.
+    /// At this density, patch as shown to work.
     pub const fn of_density(density: usize) -> Self {
-        Self { density, elements: Elements::Quadrilaterals, patch_radius: DEFAULT_CONTACT_PATCH }
+        Self { density, patch_radius: DEFAULT_CONTACT_PATCH }
     }
 
     fn check(&self, radius: f64) -> Result<(), MeshError> {
@@ -113,7 +112,7 @@ pub fn bead(radius: f64, settings: &BeadMesh) -> Result<Mesh, MeshError> {
             weave.curve(side[0], side[1], strip_place(end, 2 * q + 1));
         }
     };
-    let quarter = butterfly::fill(&mut weave, &fractions, settings.elements, None, place, curve);
+    let quarter = butterfly::fill(&mut weave, &fractions, None, place, curve);
 
     let mut before = quarter.arc.clone();
     let mut side = vec![before[2 * n]];

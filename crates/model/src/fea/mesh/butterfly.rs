@@ -7,7 +7,6 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::weave::Weave;
-use crate::scene::Elements;
 
 /// Place of the inner block's far corner along the diagonal, over the place of its near corners on the sides: angles near 120° there.
 const CORNER: f64 = 0.8;
@@ -29,7 +28,6 @@ pub(super) struct Quarter {
 pub(super) fn fill(
     weave: &mut Weave,
     fractions: &[f64],
-    elements: Elements,
     shared: Option<&[u32]>,
     place: impl Fn([f64; 2]) -> [f64; 2],
     curve: impl Fn(&mut Weave, &Quarter),
@@ -87,11 +85,7 @@ pub(super) fn fill(
     for block in [&square, &fan] {
         for lines in block.windows(2) {
             for j in 0..lines[0].len() - 1 {
-                let corners = [lines[0][j], lines[1][j], lines[1][j + 1], lines[0][j + 1]];
-                match elements {
-                    Elements::Quadrilaterals => weave.quadrilateral(corners),
-                    Elements::Mixed => weave.triangles(corners),
-                }
+                weave.quadrilateral([lines[0][j], lines[1][j], lines[1][j + 1], lines[0][j + 1]]);
             }
         }
     }

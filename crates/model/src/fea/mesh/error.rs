@@ -1,10 +1,6 @@
 //! Why a mesh is refused.
 
-use std::path::PathBuf;
-
 use thiserror::Error;
-
-use super::gmsh::GmshError;
 
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -16,6 +12,4 @@ pub enum MeshError {
          move its middle nodes towards the middles of their sides or refine the curved side there"
     )]
     NegativeJacobian { element: u64, r: f64, z: f64, determinant: f64 },
-    #[error("{}: {source}", path.display())]
-    Gmsh { path: PathBuf, source: Box<GmshError> },
 }

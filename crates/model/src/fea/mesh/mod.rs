@@ -1,13 +1,11 @@
-//! Meshes of the meridian half-plane (r, z): quadratic quadrilaterals and triangles.
+//! Meshes of the meridian half-plane (r, z): 8-node quadrilaterals.
 //!
-//! [`bead`] and [`annulus`] make the bodies of the bench from one density; [`gmsh`] reads bodies meshed elsewhere;
-//! [`quality`] says what a mesh is worth.
+//! [`bead`] and [`annulus`] make the bodies of the bench from one density; [`quality`] says what a mesh is worth.
 
 mod annulus;
 mod bead;
 mod butterfly;
 mod error;
-pub mod gmsh;
 mod quality;
 mod weave;
 
@@ -16,43 +14,10 @@ pub use bead::{BeadMesh, bead};
 pub use error::MeshError;
 pub use quality::{CLAMPED_BOUNDARY, CONTACT_BOUNDARIES, Quality, quality};
 
-use crate::response::{CellKind, FieldMesh};
+use crate::response::FieldMesh;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Shape {
-    /// 8-node serendipity quadrilateral: four corners counter-clockwise in (r, z), then the middles of sides 1–2, 2–3, 3–4, 4–1.
-    Quadrilateral8,
-    /// 6-node triangle: three corners counter-clockwise in (r, z), then the middles of sides 1–2, 2–3, 3–1.
-    Triangle6,
-}
-
-impl Shape {
-    pub(crate) const fn nodes(self) -> usize {
-        match self {
-            Self::Quadrilateral8 => 8,
-            Self::Triangle6 => 6,
-        }
-    }
-
-    pub const fn corners(self) -> usize {
-        self.nodes() / 2
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Element {
-    pub shape: Shape,
-    /// Its nodes in the order of [`Shape`]; only the first `Shape::nodes` count.
-    pub nodes: [u32; 8],
-    /// Index of its material in the body's list of materials.
-    pub material: u16,
-}
-
-impl Element {
-    pub fn nodes(&self) -> &[u32] {
-        &self.nodes[..self.shape.nodes()]
-    }
-}
+/// Nodes of an 8-node serendipity quadrilateral: four corners counter-clockwise in (r, z), then the middles of sides 1–2, 2–3, 3–4, 4–1.
+pub type Element = [u32; 8];
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Boundary {
@@ -82,15 +47,6 @@ impl Mesh {
     }
 
     pub fn to_field_mesh(&self) -> FieldMesh {
-        let kind = |element: &Element| match element.shape {
-            Shape::Quadrilateral8 => CellKind::QuadraticQuadrilateral,
-            Shape::Triangle6 => CellKind::QuadraticTriangle,
-        };
-        FieldMesh {
-            points: self.nodes.clone(),
-            kinds: self.elements.iter().map(kind).collect(),
-            connectivity: self.elements.iter().flat_map(|element| element.nodes().iter().copied()).collect(),
-            materials: self.elements.iter().map(|element| element.material).collect(),
-        }
+        FieldMesh { points: self.nodes.clone(), cells: self.elements.clone() }
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use super::{Element, Mesh, MeshError, Shape};
+use super::{Element, Mesh, MeshError};
 use crate::fea::element::{Interpolation, interpolate, rule};
 
 /// Boundaries whose nodes can come into contact.
@@ -45,17 +45,15 @@ pub fn quality(mesh: &Mesh) -> Quality {
     let mut worst = f64::INFINITY;
     let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
     for element in &mesh.elements {
-        let (places, count) = mesh.places(element);
-        let places = &places[..count];
-        for point in rule(element.shape) {
-            let functions = interpolate(element.shape, point.xi, point.eta);
-            volume += point.weight * TAU * position(&functions, places)[0] * determinant(&functions, places);
+        let places = mesh.places(element);
+        for point in rule() {
+            let functions = interpolate(point.xi, point.eta);
+            volume += point.weight * TAU * position(&functions, &places)[0] * determinant(&functions, &places);
         }
-        let range = determinants(element, places);
+        let range = determinants(&places);
         worst = worst.min(range.smallest / range.largest.abs());
-        let corners = element.shape.corners();
-        for i in 0..corners {
-            let (a, b) = (places[i], places[(i + 1) % corners]);
+        for i in 0..4 {
+            let (a, b) = (places[i], places[(i + 1) % 4]);
             let side = (b[0] - a[0]).hypot(b[1] - a[1]);
             shortest = shortest.min(side);
             longest = longest.max(side);
@@ -105,15 +103,12 @@ fn determinant(functions: &Interpolation, places: &[[f64; 2]]) -> f64 {
     slope(0, 0) * slope(1, 1) - slope(0, 1) * slope(1, 0)
 }
 
-fn determinants(element: &Element, places: &[[f64; 2]]) -> Range {
-    let corners: &[[f64; 2]] = match element.shape {
-        Shape::Quadrilateral8 => &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
-        Shape::Triangle6 => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-    };
-    let points = rule(element.shape).map(|point| [point.xi, point.eta]);
+fn determinants(places: &[[f64; 2]]) -> Range {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let points = rule().map(|point| [point.xi, point.eta]);
     let mut range = Range { smallest: f64::INFINITY, largest: f64::NEG_INFINITY, at: [0.0; 2] };
-    for at in points.chain(corners.iter().copied()) {
-        let determinant = determinant(&interpolate(element.shape, at[0], at[1]), places);
+    for at in points.into_iter().chain(corners) {
+        let determinant = determinant(&interpolate(at[0], at[1]), places);
         range.largest = range.largest.max(determinant);
         // A determinant that is no number is the smallest there is.
         if !(determinant >= range.smallest) {
@@ -124,22 +119,18 @@ fn determinants(element: &Element, places: &[[f64; 2]]) -> Range {
 }
 
 impl Mesh {
-    /// Positions (r, z) of an element's nodes, m, and how many there are.
-    pub(crate) fn places(&self, element: &Element) -> ([[f64; 2]; 8], usize) {
-        let mut places = [[0.0; 2]; 8];
-        for (place, node) in places.iter_mut().zip(element.nodes()) {
-            *place = self.nodes[*node as usize];
-        }
-        (places, element.nodes().len())
+    /// Positions (r, z) of an element's nodes, m.
+    pub(crate) fn places(&self, element: &Element) -> [[f64; 2]; 8] {
+        element.map(|node| self.nodes[node as usize])
     }
 
     /// Refuse an element that is turned inside out anywhere; elements are counted from 1.
     pub fn check(&self) -> Result<(), MeshError> {
         for (index, element) in self.elements.iter().enumerate() {
-            let (places, count) = self.places(element);
-            let range = determinants(element, &places[..count]);
+            let places = self.places(element);
+            let range = determinants(&places);
             if !(range.smallest > 0.0) {
-                let at = position(&interpolate(element.shape, range.at[0], range.at[1]), &places[..count]);
+                let at = position(&interpolate(range.at[0], range.at[1]), &places);
                 let determinant = range.smallest;
                 return Err(MeshError::NegativeJacobian { element: index as u64 + 1, r: at[0], z: at[1], determinant });
             }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Boundary, Element, Mesh, Shape};
+use super::{Boundary, Element, Mesh};
 
 #[derive(Default)]
 pub(super) struct Weave {
@@ -40,36 +40,20 @@ impl Weave {
         node
     }
 
-    fn element<const CORNERS: usize>(&mut self, shape: Shape, mut corners: [u32; CORNERS]) {
-        let area: f64 = (0..CORNERS)
-            .map(|i| (self.place(corners[i]), self.place(corners[(i + 1) % CORNERS])))
+    pub(crate) fn quadrilateral(&mut self, mut corners: [u32; 4]) {
+        let area: f64 = (0..4)
+            .map(|i| (self.place(corners[i]), self.place(corners[(i + 1) % 4])))
             .map(|([r0, z0], [r1, z1])| r0 * z1 - r1 * z0)
             .sum();
         if area < 0.0 {
             corners[1..].reverse();
         }
         let mut nodes = [0; 8];
-        for i in 0..CORNERS {
+        for i in 0..4 {
             nodes[i] = corners[i];
-            nodes[CORNERS + i] = self.middle(corners[i], corners[(i + 1) % CORNERS]);
+            nodes[4 + i] = self.middle(corners[i], corners[(i + 1) % 4]);
         }
-        self.elements.push(Element { shape, nodes, material: 0 });
-    }
-
-    pub(crate) fn quadrilateral(&mut self, corners: [u32; 4]) {
-        self.element(Shape::Quadrilateral8, corners);
-    }
-
-    pub(crate) fn triangles(&mut self, [a, b, c, d]: [u32; 4]) {
-        let square = |weave: &Self, a: u32, b: u32| {
-            let ([r0, z0], [r1, z1]) = (weave.place(a), weave.place(b));
-            (r1 - r0).powi(2) + (z1 - z0).powi(2)
-        };
-        let halves =
-            if square(self, a, c) <= square(self, b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-        for half in halves {
-            self.element(Shape::Triangle6, half);
-        }
+        self.elements.push(nodes);
     }
 
     pub(crate) fn boundary(&mut self, name: &str, vertices: &[u32]) {
@@ -92,15 +76,9 @@ impl Weave {
             })
             .collect();
         for index in 0..self.elements.len() {
-            let Element { shape, nodes, material } = self.elements[index];
-            let corners = shape.corners();
-            let mut mirrored = [0; 8];
-            for i in 0..corners {
-                // Corners 1, n, n − 1, … and the middles between them keep the sense of rotation.
-                mirrored[i] = image[nodes[(corners - i) % corners] as usize];
-                mirrored[corners + i] = image[nodes[2 * corners - 1 - i] as usize];
-            }
-            self.elements.push(Element { shape, nodes: mirrored, material });
+            // Corners 1, 4, 3, 2 and the middles between them keep the sense of rotation.
+            let mirrored = [0, 3, 2, 1, 7, 6, 5, 4].map(|i| image[self.elements[index][i] as usize]);
+            self.elements.push(mirrored);
         }
         for index in 0..self.boundaries.len() {
             let Boundary { name, nodes } = &self.boundaries[index];

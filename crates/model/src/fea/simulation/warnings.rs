@@ -7,11 +7,11 @@ impl Simulation<'_> {
     /// What a reader of the results must know: limits of the model that the run came near or passed.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let is_ring = self.arrangement.contacts.last().is_some_and(|&pair| self.arrangement.pairs[pair].ring.is_some());
-        if is_ring && self.turning.is_none() && self.travel > FIXED_NORMAL_TRAVEL {
+        let is_ring = self.arrangement.contacts.last().is_some_and(|&pair| self.arrangement.pairs[pair].is_on_ring());
+        if is_ring && self.travel > FIXED_NORMAL_TRAVEL {
             warnings.push(format!(
-                "the last bead travelled {:.1} um into its support; with a fixed normal its force is too large by 0.19 % per um, and past 5 um \
-                 `support.normal = \"moving\"` is needed",
+                "the last bead travelled {:.1} um into its support; past 5 um its force is 1 % and more too large (0.19 % per um: contact normals are \
+                 those of the undeformed surfaces)",
                 1e6 * self.travel
             ));
         }

@@ -1,6 +1,5 @@
 //! Beads, drive, horn, bead guide, dashpots and losses.
 
-use super::support::mesh_file;
 use crate::scene::{
     Bead, Chain, DEFAULT_SLIP_VELOCITY, Damping, DampingCoefficients, DampingKind, Drive, DriveKind, Holder, Horn,
     MaterialLoss, Relaxation, Sensor, TermDescription, UNREAD_FREQUENCY, document::resolved, error::SceneError,
@@ -12,8 +11,7 @@ pub(super) fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
     let count = reader.beads()?;
     let radius = reader.number("chain.radius")?;
     let material = reader.material("chain.material")?;
-    let mesh = mesh_file(reader, "chain.mesh", "chain.mesh_unit")?;
-    let mut beads = vec![Bead { radius, material, mesh }; count];
+    let mut beads = vec![Bead { radius, material }; count];
     reader.override_beads(&mut beads)?;
     let gaps = reader.gaps(count, radius)?;
     let precompression = reader.number("chain.precompression")?;
@@ -37,9 +35,7 @@ pub(super) fn chain(reader: &Reader<'_>) -> Result<Chain, SceneError> {
         });
     }
     let gravity = reader.given("chain.gravity")?.unwrap_or(0.0);
-    let chain = Chain { beads, gaps, precompression, gravity, sensor: sensor(reader, count)? };
-    refuse_idle_unit(reader, &chain)?;
-    Ok(chain)
+    Ok(Chain { beads, gaps, precompression, gravity, sensor: sensor(reader, count)? })
 }
 
 fn sensor(reader: &Reader<'_>, beads: usize) -> Result<Option<Sensor>, SceneError> {
@@ -52,16 +48,6 @@ fn sensor(reader: &Reader<'_>, beads: usize) -> Result<Option<Sensor>, SceneErro
         return Err(reader.out_of_range(key, format!("a bead from 1 to {beads}"), bead.to_string()));
     }
     Ok(Some(Sensor { bead, share: reader.number(share)? }))
-}
-
-/// The unit given for meshes, if any of them uses it.
-fn refuse_idle_unit(reader: &Reader<'_>, chain: &Chain) -> Result<(), SceneError> {
-    let key = "chain.mesh_unit";
-    if reader.has(key) && chain.beads.iter().all(|bead| bead.mesh.is_none()) {
-        let expected = "this key beside `chain.mesh` or a `mesh` in `[[chain.override]]`".to_owned();
-        return Err(reader.out_of_range(key, expected, "no mesh file".to_owned()));
-    }
-    Ok(())
 }
 
 /// Acceleration with which a striker falls, m/s².

@@ -65,7 +65,6 @@ pub(super) fn scene(reader: &Reader<'_>, name: &str, notes: &mut Vec<String>) ->
         description: reader.text("description")?.unwrap_or("").to_owned(),
         piston: reader.word("piston.contact")?,
         piston_material: support::piston_material(reader, &chain)?,
-        materials: support::materials(reader, &chain, &support)?,
         support,
         water,
         damping: bench::damping(reader, notes)?,

@@ -1,15 +1,13 @@
 //! How a run is computed.
 
 use crate::scene::{
-    ContactLaw, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_TOLERANCE, DEFAULT_WATER_STEP, Elements, FeaSettings,
-    Integrator, Limits, ModelKind, ModelSettings, ReducedSettings, Scheme,
+    ContactLaw, DEFAULT_FEA_STEP, DEFAULT_REDUCED_STEP, DEFAULT_TOLERANCE, DEFAULT_WATER_STEP, FeaSettings, Integrator,
+    Limits, ModelKind, ModelSettings, ReducedSettings, Scheme,
     condition::{CHAIN_INTEGRATORS, FEA_INTEGRATORS},
     error::SceneError,
-    key::Bound,
     reader::Reader,
     shown::time,
 };
-use granchain_signal::Dimension;
 
 pub(super) fn settings(
     reader: &Reader<'_>,
@@ -26,8 +24,8 @@ pub(super) fn settings(
         limits: Limits::default(),
     };
     if contact_law(reader)? == ContactLaw::FiniteBody {
-        let (density, elements, contact_patch) = mesh(reader, settings.fea.density)?;
-        settings.fea = FeaSettings { density, elements, contact_patch, ..settings.fea };
+        let (density, contact_patch) = mesh(reader, settings.fea.density)?;
+        settings.fea = FeaSettings { density, contact_patch, ..settings.fea };
     }
     let has_disc = reader.text("support.kind")? == Some("disc");
     if kind == ModelKind::Fea {
@@ -44,12 +42,13 @@ pub(super) fn settings(
         }
         let step = reader.given("model.step")?.unwrap_or(DEFAULT_WATER_STEP);
         check_step(reader, step, frequency)?;
-        settings.integrator = Integrator::Symplectic { step: dividing(step, output_step, notes) };
-    } else if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
-        let step = reader.required("model.step", Some("the fixed-step integrator needs it"))?;
-        check_step(reader, step, frequency)?;
-        settings.integrator = Integrator::Symplectic { step };
+        settings.integrator = Integrator::OnDisc { step: dividing(step, output_step, notes) };
     } else {
+        if reader.choice_of("model.integrator", CHAIN_INTEGRATORS)? == Some("symplectic") {
+            let expected =
+                "`dormand-prince-853`, or neither it nor `model.step`: steps are fixed before a disc only".to_owned();
+            return Err(reader.out_of_range("model.integrator", expected, "`symplectic`".to_owned()));
+        }
         settings.integrator = Integrator::DormandPrince853 { tolerance: reader.number("model.tolerance")? };
     }
     Ok(settings)
@@ -61,34 +60,29 @@ fn fea(
     (default_step, output_step): (f64, f64),
     notes: &mut Vec<String>,
 ) -> Result<FeaSettings, SceneError> {
-    let (density, elements, contact_patch) = mesh(reader, FeaSettings::default().density)?;
-    let contact_mass = reader.word("model.contact_mass")?;
-    let dissipation = |bound| {
-        let key = "model.numerical_dissipation";
-        let value = reader.quantity(key, Dimension::NONE, bound)?;
-        value.ok_or_else(|| reader.missing(key, Some("schemes with numerical damping need it")))
-    };
+    let (density, contact_patch) = mesh(reader, FeaSettings::default().density)?;
     let scheme = match reader.choice_of("model.integrator", FEA_INTEGRATORS)? {
-        Some("hht") => Scheme::HilberHughesTaylor { dissipation: dissipation(Bound::UpToAThird)? },
-        Some("newmark") => Scheme::Newmark { dissipation: dissipation(Bound::UpToAHalf)? },
+        Some("hht") => {
+            let reason = Some("a scheme with numerical damping needs it");
+            Scheme::HilberHughesTaylor { dissipation: reader.required("model.numerical_dissipation", reason)? }
+        }
         _ => Scheme::Trapezoid,
     };
     let step = reader.given("model.step")?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
     let step = dividing(step, output_step, notes);
-    Ok(FeaSettings { density, elements, contact_patch, step, contact_mass, scheme })
+    Ok(FeaSettings { density, contact_patch, step, scheme })
 }
 
-/// Mesh density, elements and contact patch of meshed bodies.
-fn mesh(reader: &Reader<'_>, default_density: u32) -> Result<(u32, Elements, f64), SceneError> {
+/// Mesh density and contact patch of meshed bodies.
+fn mesh(reader: &Reader<'_>, default_density: u32) -> Result<(u32, f64), SceneError> {
     let density = reader.count("model.mesh_density")?.unwrap_or(default_density);
-    let elements = reader.word("model.elements")?;
     let key = "model.contact_patch";
     let patch = reader.number(key)?;
     if patch > 0.5 {
         return Err(reader.out_of_range(key, "a value above 0 and at most 0.5".to_owned(), patch.to_string()));
     }
-    Ok((density, elements, patch))
+    Ok((density, patch))
 }
 
 /// `step`, shortened where it does not divide the output step: every output sample is a computed state, none is interpolated.
@@ -117,9 +111,9 @@ fn reduced(
     let default = ReducedSettings::default();
     let step = reader.given("model.step")?.unwrap_or(default_step);
     check_step(reader, step, frequency)?;
-    let (density, elements, contact_patch) = mesh(reader, default.density)?;
+    let (density, contact_patch) = mesh(reader, default.density)?;
     let modes = reader.count("model.modes")?.unwrap_or(default.modes);
-    Ok(ReducedSettings { density, elements, contact_patch, step: dividing(step, output_step, notes), modes })
+    Ok(ReducedSettings { density, contact_patch, step: dividing(step, output_step, notes), modes })
 }
 
 pub(super) fn contact_law(reader: &Reader<'_>) -> Result<ContactLaw, SceneError> {

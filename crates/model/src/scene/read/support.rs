@@ -1,9 +1,8 @@
 //! What holds the far end.
 
-use super::model;
 use crate::scene::{
-    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, MeshFile, Plate, Support,
-    document::resolved, error::SceneError, reader::Reader, shown::length,
+    AnnulusShape, Chain, DEFAULT_DISC_DENSITY, DiscShape, FlatContact, Material, Plate, Support, error::SceneError,
+    reader::Reader, shown::length,
 };
 use granchain_signal::{Dimension, Quantity};
 
@@ -18,18 +17,7 @@ pub(super) fn support(reader: &Reader<'_>, chain: &Chain) -> Result<Support, Sce
             let radius = chain.beads.last().map_or(0.0, |bead| bead.radius);
             let stiffness_factor = reader.number("support.stiffness_factor")?;
             let (shape, material) = (annulus(reader, radius)?, support_material(reader)?);
-            Support::Annulus { shape, stiffness_factor, material, normal: reader.word("support.normal")? }
-        }
-        "body" => {
-            if !model::kind(reader)?.is_meshed() {
-                let expected = "a support with a force law where `model.kind` is \"chain\"".to_owned();
-                return Err(reader.out_of_range("support.kind", expected, "`body`, which is meshed".to_owned()));
-            }
-            let reason = Some("a support of kind `body` is read from a mesh file");
-            let Some(mesh) = mesh_file(reader, "support.mesh", "support.mesh_unit")? else {
-                return Err(reader.missing("support.mesh", reason));
-            };
-            Support::Body { mesh, material: support_material(reader)?, normal: reader.word("support.normal")? }
+            Support::Annulus { shape, stiffness_factor, material }
         }
         "spring" => {
             let reason = Some("a support of kind `spring` needs it");
@@ -132,21 +120,4 @@ fn support_material(reader: &Reader<'_>) -> Result<Material, SceneError> {
     let key = "support.material";
     let name = reader.text(key)?.map_or_else(|| Material::resin().name, str::to_owned);
     reader.material_named(&name, key, || reader.place(key))
-}
-
-pub(super) fn mesh_file(
-    reader: &Reader<'_>,
-    key: &str,
-    unit_key: &'static str,
-) -> Result<Option<MeshFile>, SceneError> {
-    let unit = reader.number(unit_key)?;
-    let path = reader.text(key)?.map(|file| resolved(file, &reader.place(key)));
-    Ok(path.map(|path| MeshFile { path, unit }))
-}
-
-/// Materials that the physical groups of mesh files may name: all that are defined or come with the program, by name. Empty where
-/// no body is a mesh file.
-pub(super) fn materials(reader: &Reader<'_>, chain: &Chain, support: &Support) -> Result<Vec<Material>, SceneError> {
-    let meshed = chain.beads.iter().any(|bead| bead.mesh.is_some()) || matches!(support, Support::Body { .. });
-    if meshed { reader.all_materials() } else { Ok(Vec::new()) }
 }

@@ -1,6 +1,6 @@
 //! The structured mesh of a disc.
 
-use crate::fea::mesh::{Boundary, Element, Mesh, MeshError, Shape};
+use crate::fea::mesh::{Boundary, Mesh, MeshError};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DiscMesh {
@@ -56,8 +56,7 @@ pub fn disc_mesh(radius: f64, thickness: f64, mesh: &DiscMesh) -> Result<Mesh, M
     for i in (0..columns - 1).step_by(2) {
         for j in (0..rows - 1).step_by(2) {
             let at = |di: usize, dj: usize| number[i + di][j + dj];
-            let corners = [at(0, 0), at(2, 0), at(2, 2), at(0, 2), at(1, 0), at(2, 1), at(1, 2), at(0, 1)];
-            elements.push(Element { shape: Shape::Quadrilateral8, nodes: corners, material: 0 });
+            elements.push([at(0, 0), at(2, 0), at(2, 2), at(0, 2), at(1, 0), at(2, 1), at(1, 2), at(0, 1)]);
         }
     }
     let boundary = |name: &str, nodes: Vec<u32>| Boundary { name: name.into(), nodes };

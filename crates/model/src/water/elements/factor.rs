@@ -1,27 +1,31 @@
 //! The factor of the coupled step.
 
-use faer::sparse::{
-    SparseColMatRef, SymbolicSparseColMatRef,
-    linalg::cholesky::{SymmetricOrdering, supernodal::SupernodalLdltRef},
+use std::{mem::MaybeUninit, sync::Arc};
+
+use faer::{
+    ColMut, Conj, Par,
+    dyn_stack::MemStack,
+    sparse::{
+        SparseColMatRef, SymbolicSparseColMatRef,
+        linalg::cholesky::{LdltRef, SymbolicCholesky, SymmetricOrdering},
+    },
 };
 
 use super::{
     ElementsError,
-    panel::Panels,
     sparse::{Entries, Sparse},
 };
-use crate::fea::factor::cholesky::{Failure, ldlt, supernodal};
+use crate::fea::factor::cholesky::{Failure, ldlt};
 
-/// L D Lᵀ of a symmetric quasi-definite matrix [A, Bᵀ; B, −C], A and C positive definite, rows in any order: it exists without pivoting. Held
-/// as (L |D|^½) sign D (L |D|^½)ᵀ, so that both halves of a solve are those of the finite elements' Cholesky factors.
+/// L D Lᵀ of a symmetric quasi-definite matrix [A, Bᵀ; B, −C], A and C positive definite, rows in any order: it exists without pivoting.
 ///
 /// Vanderbei (1995), *SIAM J. Optim.* 5, 100; ordering by approximate minimum degree.
 #[derive(Debug, Clone)]
 pub(crate) struct QuasiDefinite {
-    order: Vec<u32>,
-    panels: Panels,
-    signs: Vec<f64>,
-    work: Vec<f64>,
+    symbolic: Arc<SymbolicCholesky<u32>>,
+    values: Arc<[f64]>,
+    /// Working memory of a solve.
+    memory: Vec<MaybeUninit<u8>>,
 }
 
 impl QuasiDefinite {
@@ -37,47 +41,32 @@ impl QuasiDefinite {
         let lower = Sparse::new(unknowns, entries);
         let (starts, columns, values) = lower.parts();
         let pattern = SymbolicSparseColMatRef::new_checked(unknowns, unknowns, starts, None, columns);
-        let (symbolic, factor) =
+        let (symbolic, values) =
             ldlt(SparseColMatRef::new(pattern, values), SymmetricOrdering::Amd).map_err(|failure| match failure {
                 Failure::Size(source) => ElementsError::Size { unknowns, source },
                 Failure::Pivot(_) => ElementsError::Singular { unknowns },
             })?;
-        let order = symbolic.perm().map_or_else(|| (0..unknowns as u32).collect(), |perm| perm.arrays().0.to_vec());
-        let pattern = supernodal(&symbolic).ok_or(ElementsError::Singular { unknowns })?;
-        let factor = SupernodalLdltRef::new(pattern, &factor);
-        let (mut panels, mut signs) = (Panels::default(), Vec::with_capacity(unknowns));
-        for supernode in (0..pattern.n_supernodes()).map(|index| factor.supernode(index)) {
-            let block = supernode.val();
-            let pivots: Vec<f64> = (0..block.ncols()).map(|column| block[(column, column)]).collect();
-            if pivots.iter().any(|pivot| !(pivot.abs() > 0.0 && pivot.is_finite())) {
-                return Err(ElementsError::Singular { unknowns });
-            }
-            signs.extend(pivots.iter().map(|pivot| pivot.signum()));
-            let roots: Vec<f64> = pivots.iter().map(|pivot| pivot.abs().sqrt()).collect();
-            panels.push(supernode.start(), block.ncols(), supernode.pattern(), |row, column| {
-                if row == column { roots[column] } else { roots[column] * block[(row, column)] }
-            });
+        if values.iter().any(|value| !value.is_finite()) {
+            return Err(ElementsError::Singular { unknowns });
         }
-        Ok(Self { order, panels, signs, work: vec![0.0; unknowns] })
+        let needed = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq).unaligned_bytes_required();
+        Ok(Self { symbolic: Arc::new(symbolic), values: values.into(), memory: vec![MaybeUninit::uninit(); needed] })
     }
 
     /// Entries of L, pivots included: what a solve reads twice.
     pub(crate) fn nonzeros(&self) -> usize {
-        self.panels.stored()
+        self.symbolic.len_val()
     }
 
     /// x = A⁻¹ x; nothing is allocated.
     pub(crate) fn solve(&mut self, x: &mut [f64]) {
-        let Self { order, panels, signs, work } = self;
-        for (work, &place) in work.iter_mut().zip(&*order) {
-            *work = x[place as usize];
-        }
-        panels.forward(work);
-        work.iter_mut().zip(signs).for_each(|(work, sign)| *work *= *sign);
-        panels.backward(work);
-        for (work, &place) in work.iter().zip(&*order) {
-            x[place as usize] = *work;
-        }
+        let stack = MemStack::new(&mut self.memory);
+        LdltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            ColMut::from_slice_mut(x).as_mat_mut(),
+            Par::Seq,
+            stack,
+        );
     }
 }
 

@@ -1,20 +1,5 @@
-//! The field behind a soft baffle, from the pressure on the disc's back.
-//!
-//! A baffle free of pressure leaves the face's own pressure p(r, 0) as the one source of the half-space (Rayleigh's second integral), R the distance
-//! from a point of the face:
-//!
-//! ```text
-//! P(x) = (1/2π) ∫ P(r′, 0) (z/R) (1/R + ik) e^{−ikR}/R dS′
-//! P d e^{ikd} → ik cos θ ∫₀ᵃ P(r, 0) J₀(k r sin θ) r dr,   k = ω/c                     far away
-//! ```
-//!
-//! The velocity of the face does not do instead: beside the disc the plane moves.
-//!
-//! Kinsler, Frey, Coppens & Sanders (2000), *Fundamentals of Acoustics*, §7.4; Williams (1999), *Fourier Acoustics*, §2.10.
+//! The pressure on the disc's back, which is all that radiates behind a soft baffle: beside the disc the plane moves.
 
-use faer::c64;
-
-use crate::water::{Water, quadrature::gauss_legendre};
 use granchain_signal::{
     Series,
     spline::{Ends, Spline},
@@ -75,56 +60,9 @@ fn shares(radii: &[f64], radius: f64) -> Vec<(usize, f64)> {
     }
 }
 
-/// What beam patterns tend to far away: P d e^{ikd} as d → ∞ (Pa·m), at the angles θ (rad) from the axis, of a face with the complex pressure
-/// amplitudes P (Pa) at `radii` (m), at the angular frequency ω (rad/s).
-pub fn soft_far_field(
-    (radii, amplitudes): (&[f64], &[c64]),
-    water: &Water,
-    angles: &[f64],
-    angular_frequency: f64,
-) -> Vec<c64> {
-    let wave_number = angular_frequency / water.sound_speed;
-    // Between two radii the pressure is straight and k r turns by little.
-    let rule = gauss_legendre(8);
-    let pieces = radii.windows(2).zip(amplitudes.windows(2));
-    let source: Vec<(f64, c64)> = pieces
-        .flat_map(|(ends, values)| {
-            let length = ends[1] - ends[0];
-            rule.iter().map(move |&(x, weight)| {
-                let radius = ends[0] + x * length;
-                (radius, (values[0] * (1.0 - x) + values[1] * x) * (weight * length * radius))
-            })
-        })
-        .collect();
-    let at = |&angle: &f64| -> c64 {
-        let across = wave_number * angle.sin();
-        let sum: c64 = source.iter().map(|(radius, part)| part * libm::j0(across * radius)).sum();
-        // The cosine of 90° in floating point is not zero.
-        c64::new(0.0, wave_number * if angle.cos() < 1e-12 { 0.0 } else { angle.cos() }) * sum
-    };
-    angles.iter().map(at).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_even_face_has_the_closed_forms_of_a_disc_of_pressure() {
-        let water = Water { density: 1000.0, sound_speed: 1500.0 };
-        let (a, omega) = (1e-3, 6e6);
-        let k = omega / water.sound_speed;
-        let radii: Vec<f64> = (0..=20).map(|i| a * f64::from(i) / 20.0).collect();
-        let amplitudes = vec![c64::new(2.0, 0.0); radii.len()];
-        let angles = [0.0, 0.3, 0.8, 1.3, std::f64::consts::FRAC_PI_2];
-        let far = soft_far_field((&radii, &amplitudes), &water, &angles, omega);
-        for (angle, found) in angles.iter().zip(&far) {
-            let x = k * a * angle.sin();
-            let shape = if x == 0.0 { 0.5 } else { libm::j1(x) / x };
-            let exact = 2.0 * k * a * a * shape * angle.cos();
-            assert!((found.im - exact).abs() < 1e-9 * k * a * a && found.re.abs() < 1e-15, "{angle}: {found} {exact}");
-        }
-    }
 
     #[test]
     fn between_radii_it_is_straight_and_beyond_the_rim_nothing() {

@@ -1,0 +1,53 @@
+//! An undamped, unpressed chain long after its drive.
+
+use super::{
+    FidelityLevel, Limit,
+    room::{Balance, Room},
+};
+
+pub(super) fn examine(room: &mut Room<'_>) {
+    let duration: f64 = if room.fidelity == FidelityLevel::Fea { 1e-3 } else { 1e-2 };
+    let which = format!("{} ms", 1e3 * duration);
+    let sets = [format!("duration={duration}"), "output_step=1 us".to_owned()];
+    match room.scene("rigid", &[&sets[0], &sets[1]]).and_then(|scene| room.run(&scene)) {
+        Ok(ran) => {
+            room.sound(&which, &ran, Balance::UNDAMPED);
+            let openings: usize = ran.response.contact_force.iter().map(|force| openings(&force.values)).sum();
+            // Of seven contacts, each a few times a period of the drive; seen on the output's grid.
+            let least = (2e5 * duration).floor();
+            room.check(format!("{which}: openings of contacts"), openings as f64, Limit::AtLeast(least), "1");
+        }
+        Err(reason) => return room.failed(&which, reason),
+    }
+    if room.fidelity == FidelityLevel::Fea {
+        long(room);
+    }
+}
+
+/// All nodes over 10 ms: by the trapezoid the ringing of the bodies makes energy at the contacts in the end, which must be seen; a little
+/// numerical dissipation keeps it down.
+fn long(room: &mut Room<'_>) {
+    let sets = ["duration=10 ms", "output_step=1 us"];
+    let ran = |room: &Room<'_>, more: &[&str]| {
+        let all: Vec<&str> = sets.iter().chain(more).copied().collect();
+        room.scene("rigid", &all).and_then(|scene| room.run(&scene))
+    };
+    match ran(room, &[]) {
+        Ok(ran) => room.sound("10 ms", &ran, Balance::UNDAMPED),
+        Err(reason) => room.refused("10 ms, trapezoid", reason, "model.integrator"),
+    }
+    match ran(room, &["model.integrator=hht", "model.numerical_dissipation=0.05"]) {
+        Ok(ran) => {
+            let energy = ran.response.energy;
+            let made = (-energy.residual_j).max(0.0) / energy.largest_j;
+            room.check("10 ms, HHT 0.05: energy made over the largest", made, Limit::AtMost(1e-2), "1");
+            let openings: usize = ran.response.contact_force.iter().map(|force| openings(&force.values)).sum();
+            room.check("10 ms, HHT 0.05: openings of contacts", openings as f64, Limit::AtLeast(2000.0), "1");
+        }
+        Err(reason) => room.failed("10 ms, HHT 0.05", reason),
+    }
+}
+
+fn openings(force: &[f64]) -> usize {
+    force.windows(2).filter(|pair| pair[0] > 0.0 && pair[1] == 0.0).count()
+}
