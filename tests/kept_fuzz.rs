@@ -20,7 +20,6 @@ static PLANS: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     ["annulus-73khz", "twin-annulus", "twin-levels", "twin-water"].map(of).to_vec()
 });
 
-
 /// One finished point of a sweep, and one that failed.
 const RUNS: [&str; 2] = [
     r#"{"index":0,"run":{"finished":{"observation":[0.5,-0.25,null,1e-9,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125,0.125],"energy_residual":1e-9,"ensemble":null}}}"#,

@@ -330,7 +330,6 @@ fn a_linear_dashpot_costs_the_fixed_step_the_same_order_with_either_law() {
     }
 }
 
-#[test]
 /// The bead is pressed on the flat that the spring carries: without that contact the chain would be too stiff by a quarter of its force.
 #[test]
 fn a_chain_on_a_spring_moves_as_its_elastic_bodies_do() {

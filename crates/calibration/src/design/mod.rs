@@ -271,7 +271,7 @@ impl OwnBench {
         *common = Some((drawn, mass, variation.modulus_factor));
         scene.output_step = 1.0 / (scene.drive.frequency * FINE as f64);
         if self.measurand == Measurand::Pressure {
-            scene.model.integrator = Integrator::Symplectic { step: WATER_STEP };
+            scene.model.integrator = Integrator::OnDisc { step: WATER_STEP };
             scene.output_step = 2.0 * WATER_STEP;
         }
         let end = instrument.record.series.end() - offset + MARGIN;
