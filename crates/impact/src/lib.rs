@@ -16,6 +16,7 @@
 //! U falls to U/G. Left out: what a returned impulse does after it has passed the sensor.
 
 mod cause;
+mod foot;
 mod hit;
 mod likelihood;
 mod outcome;
@@ -35,6 +36,7 @@ use granchain_signal::{Series, number::engineering};
 
 pub use self::{
     cause::{Cause, Finding},
+    foot::Foot,
     likelihood::SET_UP,
     outcome::{HitOutcome, ImpactOutcome, ReturnTime},
     parameter::{NAMES, Parameter},
@@ -147,7 +149,9 @@ pub struct Experiment {
     pub scene: Scene,
     pub parameters: Vec<Parameter>,
     pub unknown: Unknown,
-    pub evaluations: usize,
+    /// Stress at which the ground gives way, where it is stated, Pa.
+    pub strength: Option<f64>,
+    evaluations: usize,
     pub seed: u64,
     /// Before this after the incident impulse nothing can have returned, s.
     earliest: f64,
@@ -171,6 +175,8 @@ pub struct ImpactFit {
     /// Mean of ln of the return time over the posterior, and the standard deviation of one hit about it.
     pub return_time: [f64; 2],
     pub freedom: f64,
+    /// The contact with the ground at the answer.
+    pub foot: Option<Foot>,
     /// Medians of the parameters of each of several set-ups.
     pub set_ups: Vec<(String, Vec<f64>)>,
     pub runs: Vec<Run>,
@@ -207,7 +213,8 @@ impl Experiment {
         scene.duration = scene.duration.max(arrival + LATER * latest);
         let noise = noise.into_iter().map(|(record, _)| record).collect();
         let (unknown, evaluations, seed) = (Unknown::default(), EVALUATIONS, 1);
-        let experiment = Self { hits, noise, scene, parameters, unknown, evaluations, seed, earliest, told: 0 };
+        let experiment =
+            Self { hits, noise, scene, parameters, unknown, evaluations, seed, earliest, told: 0, strength: None };
         let expected = experiment.step();
         let other = |hit: &&Hit| (hit.record.series.step / expected - 1.0).abs() > SAME_STEP;
         if let Some(hit) = experiment.hits.iter().find(other) {
@@ -281,19 +288,27 @@ impl Experiment {
             };
             let wider: Vec<Option<Parameter>> = parameters.iter().zip(&fit.estimates).map(wider).collect();
             if left == 0 || wider.iter().all(Option::is_none) {
-                return Ok(fit);
+                let foot = Foot::of(&self.at(&fit), self.strength);
+                let doubted = fit.verdict == Verdict::WithinScatter && foot.is_some_and(|foot| foot.gives_way());
+                let verdict = if doubted { Verdict::Doubtful } else { fit.verdict };
+                return Ok(ImpactFit { foot, verdict, ..fit });
             }
             parameters.iter_mut().zip(wider).for_each(|(own, wider)| *own = wider.unwrap_or_else(|| own.clone()));
             left -= 1;
         }
     }
 
-    /// The sensor force of the scene at the answer of a fit, N, behind an AC coupling in the middle of those that may be.
-    pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
+    /// The scene at the answer of a fit.
+    fn at(&self, fit: &ImpactFit) -> Scene {
         let mut scene = self.scene.clone();
         let fitted = fit.parameters.iter().zip(&fit.estimates);
         fitted.for_each(|(parameter, estimate)| parameter.set(&mut scene, estimate.value));
-        Ok(high_passed(&force(&scene, 0.0)?, CORNER.0))
+        scene
+    }
+
+    /// The sensor force of the scene at the answer of a fit, N, behind an AC coupling in the middle of those that may be.
+    pub fn simulated(&self, fit: &ImpactFit) -> Result<Series, ModelError> {
+        Ok(high_passed(&force(&self.at(fit), 0.0)?, CORNER.0))
     }
 
     fn searched(&self, parameters: &[Parameter], hits: &Hits) -> Result<ImpactFit, ImpactError> {
@@ -389,6 +404,7 @@ fn answer(
         scatter: likelihood.scatter.diagonal().map(f64::sqrt),
         return_time: [mean[0], (of_mean + of_hit).sqrt()],
         freedom: likelihood.hits.freedom,
+        foot: None,
         set_ups: Vec::new(),
         verdict: Verdict::of(p_value, !settled, false),
         parameters: parameters.to_vec(),

@@ -18,7 +18,7 @@ use granchain_model::scene::{ModelKind, SceneText};
 use granchain_record::{ReadOptions, Reading, RecordKind, SensorRecord, read_sensor, sha256, shell_line};
 use granchain_report::page::Files;
 use granchain_signal::{
-    Quantity, Unit,
+    Dimension, Quantity, Unit,
     number::{engineering, significant},
     visible_json,
 };
@@ -71,6 +71,9 @@ struct Fit {
     /// Standard deviation of the beads' modulus over their mass, of the logarithm
     #[arg(long, value_name = "X", default_value_t = Unknown::default().modulus, value_parser = deviation)]
     stiffness_sd: f64,
+    /// Stress at which the ground gives way, such as "2.2 MPa"; a foam's data sheet has it [default: 5 % of its modulus]
+    #[arg(long, value_name = "QUANTITY", value_parser = strength)]
+    strength: Option<f64>,
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Column of the sensor: its header, or its number from 1
@@ -128,7 +131,7 @@ fn fit(arguments: &Fit) -> anyhow::Result<()> {
     }
     let stated = scene.duration;
     let mut experiment = Experiment::of(records, scene, parameters)?;
-    (experiment.unknown, experiment.seed) = (unknown, arguments.seed);
+    (experiment.unknown, experiment.strength, experiment.seed) = (unknown, arguments.strength, arguments.seed);
     if experiment.scene.duration > stated {
         let [lasting, stated] = [experiment.scene.duration, stated].map(|time| engineering(time, "s", 2));
         assumptions.push(format!("runs last {lasting}, not {stated} (`duration`): the hits return late"));
@@ -166,6 +169,11 @@ fn fit(arguments: &Fit) -> anyhow::Result<()> {
 fn deviation(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value| (0.0..1.0).contains(value));
     value.ok_or_else(|| format!("expected a number from 0 to 1, such as 0.05 for 5 %, found `{text}`"))
+}
+
+fn strength(text: &str) -> Result<f64, String> {
+    let value = Quantity::parse_as(text, Dimension::PRESSURE).map_err(|error| error.to_string())?;
+    if value > 0.0 { Ok(value) } else { Err(format!("expected a stress above zero, found `{text}`")) }
 }
 
 /// The settings of `--read` as keys of a bench file.

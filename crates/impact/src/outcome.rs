@@ -14,7 +14,7 @@ use granchain_calibration::{
 };
 
 use crate::{
-    Experiment, Finding, ImpactFit, Parameter,
+    Experiment, Finding, Foot, ImpactFit, Parameter,
     hit::{Features, NAMES},
     likelihood::student,
 };
@@ -34,6 +34,8 @@ pub struct ImpactOutcome {
     /// The mean of the hits and the model at the answer.
     pub fitted_features: BTreeMap<String, HitFeature>,
     pub hits: Vec<HitOutcome>,
+    /// The contact with the ground; none without a foundation, or under a plate.
+    pub foot: Option<Foot>,
     /// What several set-ups say of the parameters, or that there is one.
     pub set_up: String,
     /// Likely causes if the model does not explain the hits, most likely first.
@@ -182,6 +184,7 @@ impl ImpactOutcome {
             )
         };
         let mut warnings: Vec<String> = experiment.noise.iter().map(noise).collect();
+        warnings.extend(fit.foot.and_then(|foot| foot.warning()));
         let scatter = |feature: usize| {
             let about = |hits: &Vec<Features>| -> f64 {
                 let mean = mean_of(hits, feature);
@@ -219,6 +222,7 @@ impl ImpactOutcome {
             },
             fitted_features: NAMES.iter().enumerate().map(compared).collect(),
             hits,
+            foot: fit.foot,
             set_up: set_up(fit),
             diagnosis,
             evaluations: fit.runs.len() as u64,

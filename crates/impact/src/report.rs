@@ -95,6 +95,15 @@ pub fn lines(outcome: &ImpactOutcome) -> String {
             feature.deviation
         );
     }
+    if let Some(foot) = &outcome.foot {
+        let _ = writeln!(
+            text,
+            "  {:<widest$} at most {} in a hit, {} at rest",
+            "foot pressure",
+            engineering(foot.pressure, "Pa", 3),
+            engineering(foot.resting_pressure, "Pa", 3)
+        );
+    }
     let _ = writeln!(text, "  p = {}\n  {}", significant(outcome.p_value, 2), outcome.set_up);
     text
 }

@@ -112,19 +112,24 @@ impl Bench<'_> {
     }
 }
 
-/// What the scene's sensor reads, N, and the force of the contact before the last bead.
-fn forces(scene: &Scene, more: f64) -> Result<[Series; 2], ModelError> {
+/// What the scene's sensor reads, N, and the force of every contact from the striker's to the foot's.
+fn forces(scene: &Scene, more: f64) -> Result<(Series, Vec<Series>), ModelError> {
     let lacking =
         || ModelError::Unsupported { model: "chain", reason: "the scene has no sensor; set chain.sensor".into() };
     let sensor = scene.chain.sensor.ok_or_else(lacking)?;
     let forces = ChainModel.run(scene, &mut |_| true)?.contact_force;
     let read = Sensor { share: (sensor.share + more).clamp(0.0, 1.0), ..sensor }.reads(&forces);
-    Ok([read, forces[scene.chain.beads.len() - 1].clone()])
+    Ok((read, forces))
 }
 
 /// What the scene's sensor reads, N, if its share is larger by `more`.
 pub fn force(scene: &Scene, more: f64) -> Result<Series, ModelError> {
-    forces(scene, more).map(|[read, _]| read)
+    forces(scene, more).map(|(read, _)| read)
+}
+
+/// The force of the last bead on the ground, N.
+pub(crate) fn foot(scene: &Scene) -> Result<Series, ModelError> {
+    forces(scene, 0.0).map(|(_, mut forces)| forces.swap_remove(scene.chain.beads.len()))
 }
 
 /// When the impulse reaches the sensor, and how long after it nothing can have returned: twice its way from there to the last bead; s. A record of
@@ -132,7 +137,8 @@ pub fn force(scene: &Scene, more: f64) -> Result<Series, ModelError> {
 pub fn arrival(scene: &Scene, length: f64) -> Result<[f64; 2], ModelError> {
     let mut scene = scene.clone();
     scene.duration = scene.duration.max(length.min(LONGEST));
-    let [sensor, last] = forces(&scene, 0.0)?.map(|force| {
+    let (read, forces) = forces(&scene, 0.0)?;
+    let [sensor, last] = [&read, &forces[scene.chain.beads.len() - 1]].map(|force| {
         let half = 0.5 * force.values.iter().copied().fold(0.0, f64::max);
         force.time(force.values.iter().position(|value| *value >= half).unwrap_or(0))
     });

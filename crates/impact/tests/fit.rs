@@ -224,6 +224,20 @@ fn modulus_is_found_whatever_the_gain_and_the_same_with_any_number_of_threads() 
 }
 
 #[test]
+fn a_ground_that_gives_way_makes_a_fit_doubtful_unless_its_strength_is_stated() {
+    let place = tempfile::tempdir().unwrap();
+    let soft = ["support.youngs_modulus=16 MPa", "duration=6 ms"];
+    let files = written(place.path(), "soft", 1e-3, &struck(800.0, &VELOCITIES, &soft));
+    let set = ["--set", "support.youngs_modulus=16 MPa"];
+    let outcome = fitted(place.path(), &files, &set);
+    assert!(outcome["verdict"] == "doubtful" && number(&outcome, "/p_value") > 0.05, "{outcome:#}");
+    assert!(words(&outcome, "/warnings/0").contains("the ground gives way under the last bead"), "{outcome:#}");
+    let stated = fitted(place.path(), &files, &[&set[..], &["--strength", "5 MPa"]].concat());
+    assert!(stated["verdict"] == "within scatter" && stated["warnings"].as_array().unwrap().is_empty(), "{stated:#}");
+    assert_eq!(modulus(&stated), modulus(&outcome));
+}
+
+#[test]
 fn a_support_of_another_modulus_is_rejected_and_named() {
     let place = tempfile::tempdir().unwrap();
     let files = hits(place.path(), 1e-3, &VELOCITIES);

@@ -136,8 +136,12 @@ fn three_blocks_of_a_foam_agree() {
     let Some(column) = Column::at_hand() else { return };
     let mut agreeing = 0;
     for (name, given) in FOAMS {
-        let blocks = [1, 2, 3]
-            .map(|block| column.fit(&format!("{name}_{block}_"), given, "support_modulus,support_loss").modulus());
+        let fits =
+            [1, 2, 3].map(|block| column.fit(&format!("{name}_{block}_"), given, "support_modulus,support_loss"));
+        let blocks = fits.each_ref().map(Fit::modulus);
+        // The softest foam is crushed by the column alone.
+        let misled = fits.iter().filter(|fit| fit.verdict() == "within scatter" && fit.modulus()[0] > 2.0 * given);
+        assert_eq!(misled.count(), 0, "{name}: {blocks:?}");
         let common = [f64::MIN, f64::MAX];
         let [low, high] = blocks.iter().fold(common, |[low, high], [_, from, to]| [low.max(*from), high.min(*to)]);
         println!("{name}: {blocks:.0?} MPa, {}", if low <= high { "agree" } else { "disagree" });
