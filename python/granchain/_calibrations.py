@@ -393,7 +393,7 @@ def calibrate(
     model
         Model that gives the values: ``chain``, ``reduced`` or ``fea`` [default: ``reduced`` for a single velocity record]. ``ladder`` is ``reduced``.
     accuracy
-        Instead of `model`, the largest error, such as ``"1%"``: the fastest model and settings that reach it on the built-in scene are used.
+        Instead of `model`, the largest error, such as ``"1%"``: the fastest model and settings that reach it on this scene are used.
     plan
         Plan of the fit (TOML). Keywords win over it.
     quantity

@@ -21,8 +21,8 @@ use crate::{
 };
 
 use super::{
+    accuracy::level,
     calibrated::Calibrated,
-    level::level,
     output::{OutputError, OutputFolder, print, shown_on},
 };
 
@@ -176,7 +176,7 @@ pub struct SceneArguments {
     /// Model [default: the scene's, else reduced, or chain if only it can run the scene]
     #[arg(long, value_parser = one_of(&MODELS), help_heading = "Scene")]
     pub model: Option<ModelKind>,
-    /// Choose the fastest model and settings with at most this error, such as 1% (`granchain accuracy`). For a changed scene the error is not checked
+    /// Choose the fastest model and settings with at most this error, such as 1%, by what `granchain accuracy` measured of this scene, or measures now
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
     /// Horn-tip record that drives the piston [default: the scene's own drive]
@@ -194,6 +194,9 @@ pub struct SceneArguments {
     /// What a plan sets, below all flags.
     #[arg(skip)]
     pub planned: Vec<String>,
+    /// What measures for `accuracy`.
+    #[arg(skip)]
+    pub session: Session,
 }
 
 impl SceneArguments {

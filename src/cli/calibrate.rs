@@ -35,7 +35,7 @@ use crate::{
     calibration::{Problem, drive::Input, fit::FitError, plan::Plan, recorded_run::labels, refusal::Refusal},
     feature::Measurand,
     measurement::read_back::{SMALL, read_back},
-    scene::Scene,
+    scene::{Scene, simulated},
     validate::own_bench::record_of,
 };
 
@@ -188,7 +188,9 @@ fn fit_and_report(job: &Job, folder: OutputFolder, session: &Session, mut timing
     };
     let place = folder.finish_with(files, timing)?;
     let text = page::text(&outcome, job.problem.lead().measured.noun(), &place);
-    session.result(text, &outcome)?;
+    let best = job.problem.candidates.iter().find(|candidate| candidate.law == outcome.best.damping_kind);
+    let effects = best.map_or(String::new(), |candidate| format!("{}.\n", simulated(candidate.scene())));
+    session.result(text + &effects, &outcome)?;
     Ok(Outcome::of(outcome.best.verdict, job.strict))
 }
 

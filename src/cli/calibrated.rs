@@ -44,6 +44,8 @@ pub struct Calibrated {
     /// The horn-tip record that drove it.
     pub drive: Option<CalibratedDrive>,
     pub model: ModelKind,
+    /// Half of the 90 % intervals of α and the damping coefficient, of ln.
+    half_widths: [Option<f64>; 2],
     /// How it ended: `within scatter`, `outside scatter`, `not converged`.
     pub verdict: String,
 }
@@ -69,10 +71,25 @@ struct Outcome {
 struct Parameter {
     value: f64,
     #[serde(default)]
+    low: Option<f64>,
+    #[serde(default)]
+    high: Option<f64>,
+    #[serde(default)]
     unit: String,
 }
 
+impl Parameter {
+    fn half_width(&self) -> Option<f64> {
+        self.low.zip(self.high).map(|(low, high)| 0.5 * (high / low).ln()).filter(|half| half.is_finite())
+    }
+}
+
 impl Calibrated {
+    /// Half of the 90 % intervals of α and the damping coefficient, of ln; none of a calibration that states neither.
+    pub fn half_widths(&self) -> Option<[Option<f64>; 2]> {
+        self.half_widths.iter().any(Option::is_some).then_some(self.half_widths)
+    }
+
     /// Read `calibration.json` in `folder` (or the file itself).
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let path = if folder.is_dir() { folder.join("calibration.json") } else { folder.to_path_buf() };
@@ -108,6 +125,7 @@ impl Calibrated {
             }
             overrides.push(format!("{key}={}", parameter.value));
         }
+        let half_widths = ["alpha", "damping"].map(|name| outcome.parameters.get(name).and_then(Parameter::half_width));
         let Outcome { scene, model, verdict, overrides: own_overrides, mut inputs, .. } = outcome;
         // A calibration that names no model was made on the chain.
         let models = [ModelKind::Reduced, ModelKind::Fea];
@@ -119,7 +137,7 @@ impl Calibrated {
         });
         let drive = drive.transpose()?;
         let input = drive::Input { sha256: sha256(text.as_bytes()), path };
-        Ok(Self { named: folder.into(), input, model, scene, own_overrides, overrides, drive, verdict })
+        Ok(Self { named: folder.into(), input, model, scene, own_overrides, overrides, drive, half_widths, verdict })
     }
 }
 

@@ -4,9 +4,10 @@
 //! of a sweep.
 
 use super::{
+    accuracy,
     arguments::{SceneArguments, usage},
     calibrated::{Calibrated, CalibratedDrive},
-    calibrated_drive, level,
+    calibrated_drive,
     reading::{DriveUnread, ReadArguments},
 };
 use crate::{
@@ -100,18 +101,7 @@ fn assemble(
     }
     overrides.extend(arguments.alpha.map(|alpha| format!("alpha={alpha}")));
     overrides.extend(arguments.model.map(|model| format!("model.kind={}", model.name())));
-    if let Some(level) = arguments.accuracy {
-        // A fit runs the chain and the reduced model; single runs take any.
-        let models: &[ModelKind] = if fitted {
-            &[ModelKind::Chain, ModelKind::Reduced]
-        } else {
-            &[ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea]
-        };
-        let changed = !overrides.is_empty() || !arguments.set.is_empty() || !arguments.drive.is_empty();
-        let choice = level::choose(&source, level, models, changed)?;
-        overrides.extend(choice.sets);
-        assumptions.push(choice.note);
-    }
+    let before = overrides.clone();
     overrides.extend(arguments.set.iter().cloned());
     if let Some(calibration) = calibration {
         calibrated_drive::check(calibration, arguments, (&overrides, preferred))?;
@@ -126,6 +116,20 @@ fn assemble(
             BenchError::Drive(error) => error.into(),
             error => error.into(),
         })?;
+    if let Some(level) = arguments.accuracy {
+        // A fit runs the chain and the reduced model; single runs take any.
+        let models: &[ModelKind] = if fitted {
+            &[ModelKind::Chain, ModelKind::Reduced]
+        } else {
+            &[ModelKind::Chain, ModelKind::Reduced, ModelKind::Fea]
+        };
+        let choice = accuracy::choose(&bench.scene_with(&[])?, level, models, &arguments.session)?;
+        let computed =
+            |set: &String| set.trim_start().starts_with("model.") || set.trim_start().starts_with("contact.law");
+        bench.overrides = before.into_iter().filter(|set| !computed(set)).collect();
+        bench.overrides.extend(choice.sets.into_iter().chain(arguments.set.iter().cloned()));
+        assumptions.push(choice.note);
+    }
     if let (Some(calibrated), Some(drive)) = (calibration.and_then(|it| it.drive.as_ref()), &bench.drive)
         && drive.input.sha256 != calibrated.input.sha256
     {

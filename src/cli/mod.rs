@@ -18,7 +18,6 @@ pub mod experiment;
 pub mod forecast;
 pub mod inspect;
 pub mod interrupt;
-mod level;
 pub mod mesh;
 pub mod output;
 pub mod parts;

@@ -122,7 +122,8 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let mut timing = Timing::start();
     let calibrated = arguments.calibration.as_deref().map(Calibrated::read).transpose()?;
     let preferred = preferred_model(calibrated.as_ref(), arguments.ensemble);
-    let mut experiment = experiment::read(&arguments.scene, &arguments.reading, calibrated.as_ref(), preferred)?;
+    let flags = SceneArguments { session: session.clone(), ..arguments.scene.clone() };
+    let mut experiment = experiment::read(&flags, &arguments.reading, calibrated.as_ref(), preferred)?;
     experiment.limits = session.limits();
     let scene = experiment.scene_with(&[])?;
     analysis::refuse_idle(&arguments.analysis, &scene)?;

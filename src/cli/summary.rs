@@ -22,7 +22,7 @@ use crate::{
     response::SolverWork,
     scene::{
         self, BUILT_IN, ContactLaw, DampingCoefficients, DampingPlacement, DampingTerm, DriveKind, FlatContact,
-        Integrator, Limits, ModelKind, Scene, Support, TermDescription,
+        Integrator, Limits, ModelKind, Scene, Support, TermDescription, simulated,
     },
     signal::Quantity,
     study::{
@@ -242,6 +242,8 @@ pub fn facts(scene: &Scene, summary: &Summary) -> Vec<(String, String)> {
     let mut facts = Vec::new();
     let mut row = |name: &str, value: String| facts.push((name.to_owned(), value));
     row("model", model(scene));
+    let simulated = simulated(scene);
+    row("effects", simulated.strip_prefix("Effects simulated: ").unwrap_or(&simulated).to_owned());
     row(
         "drive",
         format!(

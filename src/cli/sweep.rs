@@ -96,7 +96,8 @@ pub(super) struct Study {
 impl Study {
     /// Read what the flags name, and refuse what cannot run.
     pub fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
-        let Arguments { scene: flags, calibration, vary, ensemble, reading, output, .. } = arguments;
+        let Arguments { scene, calibration, vary, ensemble, reading, output, .. } = arguments;
+        let flags = SceneArguments { session: session.clone(), ..scene };
         let mut timing = Timing::start();
         let grid = Grid::new(vary)?;
         let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;

@@ -22,7 +22,7 @@ fn bench() -> tempfile::TempDir {
     bench
 }
 
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "start vib.csv horn_tip.csv",
     "calibrate --measured vib.csv --model chain --dry-run --out look",
     "inspect vib.csv",
@@ -36,11 +36,12 @@ const COMMANDS: [&str; 19] = [
     "scene explain water",
     "replay --scene annulus --model chain --ensemble 2",
     "replay --scene water --set duration=60us",
-    "replay --scene annulus --accuracy 1%",
+    "replay --scene rigid --accuracy 5%",
     "sweep --scene annulus --model chain --vary alpha=0.3,0.5 --vary damping.coefficient=0.3,0.37",
     "sweep --scene water --vary drive.amplitude=1um,2um",
     "mesh --scene annulus --density 6",
-    "accuracy --scene annulus --stored",
+    "accuracy --scene rigid",
+    "scene explain rigid --measure",
     "doctor",
 ];
 
@@ -107,7 +108,6 @@ fn every_run_names_its_model() {
         ),
         ("sweep --scene rigid --model chain --vary alpha=0.5,1", "Model chain: Hertz contacts"),
         ("calibrate --measured vib.csv --model chain --dry-run --out look", "Uncalibrated response of the chain"),
-        ("accuracy --scene annulus --stored", "model and setting"),
     ] {
         let shown = on_terminal(bench.path(), command);
         assert!(shown.lines().any(|line| line.contains(model)), "{command}: {shown}");

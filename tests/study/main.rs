@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 mod accuracy;
-mod effects_costs;
 mod report_study;
 mod stress;
 mod study_ensemble;

@@ -10,6 +10,7 @@ pub mod bench;
 pub mod candidate;
 pub mod comparison;
 pub mod correction;
+pub mod design;
 pub mod diagnosis;
 mod discrepancy;
 pub mod drive;

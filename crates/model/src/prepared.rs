@@ -243,9 +243,13 @@ impl Bodies {
                 Integrator::Symplectic { step } if support.disc().is_some() => Some(step),
                 _ => None,
             },
-            support,
             meshing: scene.model.meshing(),
-            reduced: scene.model.reduced,
+            // A run takes its own step; that of a disc and its water is part of them.
+            reduced: match support.disc() {
+                Some(_) => scene.model.reduced,
+                None => ReducedSettings { step: 0.0, ..scene.model.reduced },
+            },
+            support,
         }
     }
 

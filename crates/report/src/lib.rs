@@ -4,6 +4,7 @@
 //! replay, a sweep, a set of synthetic records or a static contact deserves. Nothing here computes physics and nothing here touches the file system: a
 //! report is a list of relative paths and bytes.
 
+pub mod accuracy;
 pub mod calibration;
 pub mod figure;
 pub mod hydrophone;

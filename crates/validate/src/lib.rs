@@ -1,8 +1,6 @@
-//! How far models and calibrations can be trusted: coverage on synthetic records, accuracy against time, cost of effects, hard cases.
+//! How far models and calibrations can be trusted: coverage on synthetic records, hard cases.
 
-pub mod accuracy;
 pub mod convergence;
-pub mod effects;
 pub mod impact;
 pub mod laboratory;
 pub mod own_bench;

@@ -10,7 +10,7 @@ use crate::{
         calibration::{BenchReport, BenchRow, DrawnSupport},
         number::{engineering, significant},
     },
-    scene::{ContactLaw, FlatContact, Material, Rim, Scene, Support},
+    scene::{ContactLaw, FlatContact, Material, Rim, Scene, Support, simulated},
 };
 
 /// The bench of the first record.
@@ -88,6 +88,8 @@ pub fn bench(job: &Job, scene: &Scene) -> BenchReport {
         None => row("drive", drive, &["drive", "alpha"], &["alpha"]),
     });
     rows.push(row("model", summary::model(scene), &["model"], &[]));
+    let effects = simulated(scene).replacen("Effects simulated: ", "", 1);
+    rows.push(BenchRow { part: "effects simulated".into(), value: effects, origin: "the scene's keys".into() });
     BenchReport {
         rows,
         radii: scene.chain.beads.iter().map(|bead| bead.radius).collect(),

@@ -181,7 +181,7 @@ fn records(
     let several = named.len() > 1;
     let mut records = Vec::new();
     for (number, record) in named.into_iter().enumerate() {
-        let mut scene = arguments.scene.clone();
+        let mut scene = SceneArguments { session: arguments.session.clone(), ..arguments.scene.clone() };
         let named_scene = record.scene.clone().or_else(|| plan.scene.clone());
         scene.scene = scene.scene.or_else(|| Some(named_scene.unwrap_or_else(|| usual.into())));
         scene.planned = plan.set.iter().chain(&record.set).cloned().collect();

@@ -2,27 +2,28 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 use serde_json::json;
 
 use crate::{
+    calibration::design::variations::{Purpose, Study},
     cli::{
-        arguments::{OutputArguments, Session, usage},
-        interrupt::{self, Interrupted},
-        level::level,
-        output::{page_results, publish, set_flags},
-        progress, summary,
+        accuracy::{level, stoppable},
+        arguments::{OutputArguments, SceneArguments, Session, usage},
+        experiment,
+        output::{aligned, page_results, publish, set_flags},
+        progress,
+        reading::ReadArguments,
+        summary,
         timing::Timing,
     },
     measurement::shell_word,
-    model::ModelError,
-    report::number::{engineering, fixed, significant},
-    scene::{self, Effect, Scene, WaterMethod},
-    validate::{
-        effects::{Advice, EffectCosts, advise, count, is_by_elements, measured},
-        page::effects::{EffectsReport, sentences},
+    report::{
+        accuracy::{AccuracyReport, advice},
+        number::significant,
     },
+    scene::{self, Effect, ModelKind, Scene, WaterMethod, simulated, without_each},
 };
 
 #[derive(Debug, Args)]
@@ -33,10 +34,10 @@ pub struct Arguments {
     /// Override one key: a number without unit is SI; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Run the scene with and without each effect and print its cost and influence
+    /// Run the scene without each of its effects and print what that saves and changes
     #[arg(long)]
     pub measure: bool,
-    /// Accepted error, such as 1%: prints the effects it needs. Implies --measure
+    /// Accepted change of the waveform, such as 1%: prints the effects that are below it. Implies --measure
     #[arg(long, value_name = "LEVEL", value_parser = level)]
     pub accuracy: Option<f64>,
     #[command(flatten)]
@@ -52,36 +53,41 @@ pub fn execute(session: &Session, arguments: &Arguments, scene: &Scene) -> anyho
         }
         return session.result(listed(scene, &effects), &json!({ "scene": scene.name, "effects": effects }));
     }
-    if let Some(file) = scene.pending_record() {
-        bail!(
-            "`drive.file` {}: effects are measured under a drive by a formula; give `--set drive.kind=tone-burst` and its keys",
-            file.display()
-        );
-    }
     let mut timing = Timing::start();
+    // With the record of its horn, where it names one.
+    let flags = SceneArguments { scene: Some(name.clone()), set: set.clone(), ..SceneArguments::default() };
+    let mut bench = experiment::read(&flags, &ReadArguments::default(), None, ModelKind::Reduced)?;
+    bench.limits = session.limits();
+    let scene = bench.scene_with(&[])?;
     let folder = output.stage(&page_results("effects.json"))?;
-    let bar = progress::Bar(progress::bar(session, count(), "effects"));
-    let outcome = measured(scene, &bar);
+    let study = Study::new(&scene, Purpose::default())?;
+    let bar = progress::Bar(progress::bar(session, without_each(&scene).len() as u64, "effects"));
+    let outcome = study.effects(&bar);
     bar.0.finish_and_clear();
-    let costs = match outcome {
-        Err(ModelError::Stopped { .. }) if interrupt::requested() => return Err(Interrupted.into()),
-        outcome => outcome?,
-    };
+    let costs = stoppable(outcome)?;
     timing.stage("measure");
-    let advice = accuracy.map(|target| advise(&costs.effects, target));
-    let text = table(&effects, &costs, advice.as_ref())?;
     let mut command_line = format!("granchain scene explain {}{} --measure", shell_word(name), set_flags(set));
     if let Some(target) = accuracy {
         write!(command_line, " --accuracy {}%", significant(100.0 * target, 3))?;
     }
-    let report = EffectsReport { program: summary::program(), command_line, costs, advice };
+    let advice = advice(&costs, *accuracy);
+    let report = AccuracyReport {
+        program: summary::program(),
+        command_line,
+        simulated: simulated(&scene),
+        calibrated: None,
+        accuracy: costs,
+    };
+    let mut text = advice.join("\n") + "\n\n" + &report.effect_tables().map(|table| aligned(&table)).join("\n");
+    text += "\ntime: of a run with its bodies, – below the noise of the measurement. Then what leaving the effect out changes: rms of the waveform, peaks, \
+             A(f0/3)/A(f0), A(2f0/3)/A(f0), α and damping of a fit.\n";
+    text += &format!("{}.\n", report.simulated);
+    text.extend(report.left_out().into_iter().map(|line| line + "\n"));
     if let Some(folder) = folder {
-        publish(folder, report.files().context("the page cannot be made")?, timing, session)?;
+        timing.settings(report.timing());
+        publish(folder, report.files("effects", &advice).context("the page cannot be made")?, timing, session)?;
     }
-    session.result(
-        text,
-        &json!({ "scene": scene.name, "effects": effects, "costs": report.costs, "advice": report.advice }),
-    )
+    session.result(text, &json!({ "scene": scene.name, "effects": effects, "costs": report.json(), "advice": advice }))
 }
 
 /// The effects of a scene, and those requested on the command line, which are off in a scene by itself.
@@ -91,7 +97,8 @@ fn all(scene: &Scene) -> Vec<Effect> {
     let why = method.unwrap_or_else(|| "there is no water".to_owned());
     let by_rayleigh = scene.water.as_ref().is_some_and(|water| water.method == WaterMethod::Rayleigh);
     let after = effects.iter().position(|effect| effect.name == "water behind the disc").map_or(0, |place| place + 1);
-    let own = [("water by Rayleigh integral", by_rayleigh), ("water by elements", is_by_elements(scene))];
+    let by_elements = scene.water.is_some() && !by_rayleigh;
+    let own = [("water by Rayleigh integral", by_rayleigh), ("water by elements", by_elements)];
     for (offset, (name, on)) in own.into_iter().enumerate() {
         effects.insert(after + offset, Effect { name, on, why: why.clone() });
     }
@@ -115,63 +122,4 @@ fn listed(scene: &Scene, effects: &[Effect]) -> String {
     }
     text.push_str("\nAn effect that is off takes no time. --measure: cost and influence of each\n");
     text
-}
-
-fn table(effects: &[Effect], costs: &EffectCosts, advice: Option<&Advice>) -> anyhow::Result<String> {
-    let mut text = String::new();
-    let base = &costs.base;
-    writeln!(
-        text,
-        "{} on model {}, the first {}: {} a run, {} unknowns, {} steps\n",
-        costs.scene,
-        costs.model,
-        engineering(costs.window_s, "s", 3),
-        engineering(base.run_s, "s", 3),
-        base.work.unknowns,
-        base.work.steps
-    )?;
-    let width = effects.iter().map(|effect| effect.name.chars().count()).max().unwrap_or(0);
-    writeln!(
-        text,
-        "       {:width$}  {:>9} {:>9} {:>7}  {:>9} {:>8} {:>7} {:>9}",
-        "", "unknowns", "us/step", "share", "waveform", "peak", "1/3", "pressure"
-    )?;
-    let percent = |value: f64| format!("{} %", significant(100.0 * value, 2));
-    for effect in effects {
-        let state = if effect.on { "on " } else { "off" };
-        write!(text, "  {state}  {:width$}", effect.name)?;
-        let row = costs.effects.iter().find(|row| row.name == effect.name);
-        match row.and_then(|row| row.measured) {
-            Some(measured) => {
-                let change = measured.change;
-                let per_step = 1e6 * measured.with.run_s / measured.with.work.steps.max(1) as f64;
-                writeln!(
-                    text,
-                    "  {:>9} {:>9} {:>7}  {:>9} {:>8} {:>7} {:>9}",
-                    format!("{:+}", measured.unknowns()),
-                    significant(per_step, 3),
-                    percent(measured.share()),
-                    percent(change.waveform),
-                    percent(change.peak),
-                    change.ratio_third.map_or("–".into(), |ratio| fixed(ratio, 3)),
-                    change.pressure.map_or("–".into(), percent),
-                )?;
-            }
-            None => {
-                let refused = row.and_then(|row| row.refused.clone());
-                writeln!(text, "  {}", refused.unwrap_or_else(|| effect.why.clone()))?;
-            }
-        }
-    }
-    text.push_str(
-        "\nunknowns, time a step and share of the time: of a run with the effect beside one without it. Then what leaving it out changes, or\n\
-         would change where it is off: rms of the waveform at the last bead's centre, its peak, A(f0/3)/A(f0), peak pressure.\n",
-    );
-    if let Some(advice) = advice {
-        text.push('\n');
-        for sentence in sentences(advice) {
-            writeln!(text, "{sentence}")?;
-        }
-    }
-    Ok(text)
 }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use faer::Mat;
 
-use super::record::RecordTrace;
+use granchain_model::scene::Scene;
 
 /// Standard deviation of the remaining time shift, s.
 const SHIFT: f64 = 4e-6;
@@ -25,7 +25,7 @@ pub(super) const CROSSTALK: f64 = 0.01;
 
 /// Standard deviations of all of them.
 #[derive(Debug, Clone)]
-pub(super) struct Nuisances {
+pub(crate) struct Nuisances {
     pub shift: f64,
     /// Of the ratio of the two clocks.
     pub clock: f64,
@@ -42,30 +42,45 @@ impl Nuisances {
         Self { shift: SHIFT, clock: CLOCK, sensitivity, horn, frequency }
     }
 
+    /// The same for the horn of a scene, at samples of that interval (s).
+    pub(crate) fn of_scene(sensitivity: f64, scene: &Scene, step: f64) -> Self {
+        let motion = scene.drive.motion(1.0);
+        let count = (scene.duration / step) as usize + 1;
+        let [mut along, mut across] = [vec![0.0; count], vec![0.0; count]];
+        let angular = TAU * scene.drive.frequency;
+        for i in 0..count {
+            let (displacement, velocity) = motion.at(i as f64 * step);
+            (along[i], across[i]) = (displacement, velocity / angular);
+        }
+        let peak = along.iter().fold(f64::MIN_POSITIVE, |most, x| f64::max(most, x.abs()));
+        [&mut along, &mut across].into_iter().flatten().for_each(|x| *x /= peak);
+        Self::new(sensitivity, [along, across], scene.drive.frequency)
+    }
+
     /// The column of the shift.
-    pub(crate) fn shift_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
-        let slope = slope(mean, record.step);
+    pub(crate) fn shift_column(&self, step: f64, mean: &[f64], rows: &[usize]) -> Mat<f64> {
+        let slope = slope(mean, step);
         Mat::from_fn(rows.len(), 1, |i, _| self.shift * slope[rows[i]])
     }
 
     /// The column of the clock, about the middle of the samples.
-    pub(crate) fn clock_column(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
-        let slope = slope(mean, record.step);
+    pub(crate) fn clock_column(&self, step: f64, mean: &[f64], rows: &[usize]) -> Mat<f64> {
+        let slope = slope(mean, step);
         let [first, last] = [rows.first(), rows.last()].map(|row| row.copied().unwrap_or(0));
         let middle = 0.5 * (first + last) as f64;
-        let value = |t: usize| self.clock * (t as f64 - middle) * record.step * slope[t];
+        let value = |t: usize| self.clock * (t as f64 - middle) * step * slope[t];
         Mat::from_fn(rows.len(), 1, |i, _| value(rows[i]))
     }
 
     /// The columns of the crosstalk, in phase and in quadrature.
-    pub(crate) fn crosstalk(&self, record: &RecordTrace, rows: &[usize]) -> Mat<f64> {
-        let value = |t: usize, j: usize| CROSSTALK * record.peak * self.horn[j].get(t).copied().unwrap_or(0.0);
+    pub(crate) fn crosstalk(&self, peak: f64, rows: &[usize]) -> Mat<f64> {
+        let value = |t: usize, j: usize| CROSSTALK * peak * self.horn[j].get(t).copied().unwrap_or(0.0);
         Mat::from_fn(rows.len(), 2, |i, j| value(rows[i], j))
     }
 
-    pub fn columns(&self, record: &RecordTrace, mean: &[f64], rows: &[usize]) -> Mat<f64> {
-        let (step, peak) = (record.step, record.peak);
-        let clock = self.clock_column(record, mean, rows);
+    /// All but the shift, of a record sampled at `step` (s) with that peak.
+    pub(crate) fn columns(&self, (step, peak): (f64, f64), mean: &[f64], rows: &[usize]) -> Mat<f64> {
+        let clock = self.clock_column(step, mean, rows);
         let mut integral = vec![0.0; mean.len()];
         for t in 1..mean.len() {
             integral[t] = integral[t - 1] + 0.5 * step * (mean[t] + mean[t - 1]);
@@ -79,7 +94,7 @@ impl Nuisances {
         if self.sensitivity > 0.0 {
             columns.push(rows.iter().map(|t| self.sensitivity * mean[*t]).collect());
         }
-        let crosstalk = self.crosstalk(record, rows);
+        let crosstalk = self.crosstalk(peak, rows);
         columns.extend((0..2).map(|j| (0..rows.len()).map(|i| crosstalk[(i, j)]).collect()));
         // Cosines over the window and half of it before and behind, so that neither end is special.
         let slow = (2.0 * length * step * SLOW * self.frequency) as usize;

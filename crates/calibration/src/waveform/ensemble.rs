@@ -115,7 +115,7 @@ impl Solution {
 }
 
 /// Inverse of a small symmetric matrix; zeros if it is singular.
-pub(super) fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(crate) fn inverse(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let size = matrix.len();
     let full = nalgebra::DMatrix::from_fn(size, size, |i, j| matrix[i][j]);
     let inverse = full.cholesky().map(|factor| factor.inverse());
@@ -433,8 +433,8 @@ impl Ensemble {
         let runs = regression.residuals.ncols();
         let spread = Mat::from_fn(rows.len(), runs, |i, run| scale * regression.residuals[(rows[i], run)]);
         let mean: Vec<f64> = (0..regression.coefficients.nrows()).map(|t| regression.coefficients[(t, 0)]).collect();
-        let further = nuisances.columns(record, &mean, &rows);
-        let shift = nuisances.shift_column(record, &mean, &rows);
+        let further = nuisances.columns((record.step, record.peak), &mean, &rows);
+        let shift = nuisances.shift_column(record.step, &mean, &rows);
         let finer = known.correction.get(number).map_or_else(
             || Mat::zeros(rows.len(), 0),
             |(_, columns)| Mat::from_fn(rows.len(), columns.ncols(), |i, j| columns[(rows[i], j)]),

@@ -26,7 +26,11 @@ use serde::{Deserialize, Serialize};
 pub(crate) use self::difference::Difference;
 pub use self::residual::{Clock, Residual};
 pub(crate) use self::source::{USUAL_RUNS, pairs_before};
-pub(crate) use self::{columns::CLOCK, start::Start};
+pub(crate) use self::{
+    columns::{CLOCK, Nuisances},
+    ensemble::inverse,
+    start::Start,
+};
 use self::{
     record::RecordTrace,
     rounds::{Answer, LOST, Rounds},

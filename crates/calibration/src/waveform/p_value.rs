@@ -85,7 +85,7 @@ impl Ensemble {
         let (first, len) = (rows[0], rows[rows.len() - 1] + 1 - rows[0]);
         let low_pass = LowPass::new(1.0, len, 0.5 * record.band);
         let mean: Vec<f64> = (0..regression.coefficients.nrows()).map(|t| regression.coefficients[(t, 0)]).collect();
-        let further = nuisances.columns(record, &mean, rows);
+        let further = nuisances.columns((record.step, record.peak), &mean, rows);
         let corrected = known.correction.get(number);
         let louder = record.louder(mean.iter().copied());
         let traces: Vec<Vec<f64>> = out

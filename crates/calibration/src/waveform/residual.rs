@@ -44,8 +44,10 @@ impl Ensemble {
             let rows = &within.rows;
             // The covariance's own columns: others that differ a little would be taken for signal.
             let (nuisances, mean) = (&known.nuisances[number], regression.mean(&vec![0.0; solution.z.len()]));
-            let [further, shift] =
-                [nuisances.columns(record, &mean, rows), nuisances.shift_column(record, &mean, rows)];
+            let [further, shift] = [
+                nuisances.columns((record.step, record.peak), &mean, rows),
+                nuisances.shift_column(record.step, &mean, rows),
+            ];
             let instrument = beside(&[further.as_ref(), shift.as_ref()]);
             let left = &rest - &instrument * within.covariance.inner(instrument.as_ref(), rest.as_ref());
             let louder = record.louder(mean.iter().copied());
@@ -58,7 +60,7 @@ impl Ensemble {
                 Some([found, information.sqrt().recip()])
             });
             // Its amounts in phase and in quadrature, each 1 beforehand, and what is left of that uncertainty.
-            let columns = nuisances.crosstalk(record, rows);
+            let columns = nuisances.crosstalk(record.peak, rows);
             let amounts = within.covariance.inner(columns.as_ref(), rest.as_ref());
             let found = within.covariance.inner(columns.as_ref(), columns.as_ref());
             let left_open = (1.0 - found[(0, 0)].min(found[(1, 1)])).max(0.0).sqrt();
@@ -85,7 +87,7 @@ impl Ensemble {
     ) -> Clock {
         let (nuisances, rows) = (&known.nuisances[number], &within.rows);
         let mean = regression.mean(&vec![0.0; solution.z.len()]);
-        let column = nuisances.clock_column(known.records[number], &mean, rows);
+        let column = nuisances.clock_column(known.records[number].step, &mean, rows);
         let slopes = slopes_at(regression, &solution.z, self.is_quadratic(), rows);
         let all = beside(&[column.as_ref(), rest.as_ref(), slopes.as_ref()]);
         let inner = within.covariance.inner(all.as_ref(), all.as_ref());

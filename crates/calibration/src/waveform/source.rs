@@ -78,18 +78,7 @@ type WithFeatures = (Traces, Vec<Run>);
 impl Source {
     pub(crate) fn new(forward: Forward, noise: Option<HornNoise>, trace: RecordTrace, clock: f64) -> Self {
         let scene = forward.scene();
-        let motion = scene.drive.motion(1.0);
-        let count = (scene.duration / trace.step) as usize + 1;
-        let [mut along, mut across] = [vec![0.0; count], vec![0.0; count]];
-        let angular = std::f64::consts::TAU * scene.drive.frequency;
-        for i in 0..count {
-            let (displacement, velocity) = motion.at(i as f64 * trace.step);
-            (along[i], across[i]) = (displacement, velocity / angular);
-        }
-        let peak = along.iter().fold(f64::MIN_POSITIVE, |most, x| f64::max(most, x.abs()));
-        [&mut along, &mut across].into_iter().flatten().for_each(|x| *x /= peak);
-        let sensitivity = forward.comparison.sensitivity;
-        let nuisances = Nuisances { clock, ..Nuisances::new(sensitivity, [along, across], scene.drive.frequency) };
+        let nuisances = Nuisances { clock, ..Nuisances::of_scene(forward.comparison.sensitivity, scene, trace.step) };
         Self { forward, noise, trace, nuisances, above: None, difference: None, mesh: None }
     }
 }

@@ -37,6 +37,66 @@ fn model(scene: &Scene) -> String {
     format!("model.kind = {}", scene.model.kind.name())
 }
 
+/// Keys that have their defaults where an effect is off, by how they begin. What has no line here is no choice of a scene: its first bead, its drive.
+const KEYS_OF: &[(&str, &[&str])] = &[
+    ("pulling dampers", &["damping.tension"]),
+    ("precompression", &["chain.precompression"]),
+    ("initial gaps", &["chain.gaps"]),
+    ("unequal beads", &["chain.override"]),
+    ("resin annulus", &["support.", "loss."]),
+    ("spring support", &["support."]),
+    ("elastic disc", &["support.", "disc.", "water."]),
+    ("elastic foundation", &["support."]),
+    ("plate on the foundation", &["support.plate_"]),
+    ("elastic flats", &["piston."]),
+    ("finite-body contacts", &["contact.law", "model.mesh_density", "model.elements", "model.contact_patch"]),
+    ("loaded horn", &["horn."]),
+    ("drag in the bead guide", &["holder.drag"]),
+    ("friction in the bead guide", &["holder.friction_force", "holder.slip_velocity"]),
+    ("oblique contacts", &["holder.clearance", "holder.friction_coefficient"]),
+    ("yielding contacts", &["contact.yield_strength"]),
+    ("relaxing annulus", &["loss.relaxation"]),
+    ("loss in the bodies", &["loss.beads", "loss.support"]),
+    ("gravity", &["chain.gravity"]),
+    ("absorption in the water", &["water.absorption"]),
+    ("elastic bodies", &["model.", "loss.beads", "loss.support", "support.normal", "chain.mesh"]),
+    ("mass at the contact nodes", &["model.contact_mass"]),
+    ("numerical dissipation", &["model.integrator", "model.numerical_dissipation"]),
+    ("moving contact normal", &["support.normal"]),
+];
+
+/// The effects that a scene has and can be run without, with the scene in which they are off.
+pub fn without_each(scene: &Scene) -> Vec<(&'static str, Scene)> {
+    let of_dampers = |name| DampingTerm::ALL.iter().any(|term| term.description().effect == name);
+    let is_on = |scene: &Scene, name| effects(scene).iter().any(|effect| effect.name == name && effect.on);
+    let mut all: Vec<(&'static str, Scene)> = Vec::new();
+    for effect in effects(scene).iter().filter(|effect| effect.on) {
+        let dampers: &[&str] = &["damping."];
+        let listed = KEYS_OF.iter().find(|(name, _)| *name == effect.name).map(|(_, keys)| *keys);
+        let Some(keys) = listed.or(of_dampers(effect.name).then_some(dampers)) else { continue };
+        let Ok(without) = scene.changed(keys, &[]) else { continue };
+        if !is_on(&without, effect.name) && all.iter().all(|(_, other)| *other != without) {
+            all.push((effect.name, without));
+        }
+    }
+    all
+}
+
+/// What a run of a scene simulates, in one line.
+///
+/// ```
+/// use granchain_model::scene::{load, simulated};
+/// let line = simulated(&load("annulus", &[])?);
+/// assert_eq!(line, "Effects simulated: Hertz contacts, linear dampers, dampers at piston and support, resin annulus, ring-up of the drive. All others off, at no cost");
+/// # Ok::<(), granchain_model::scene::SceneError>(())
+/// ```
+pub fn simulated(scene: &Scene) -> String {
+    let is_hertz = scene.model.kind == ModelKind::Chain && scene.contact_law == ContactLaw::Hertz;
+    let on: Vec<&str> = effects(scene).iter().filter(|effect| effect.on).map(|effect| effect.name).collect();
+    let all: Vec<&str> = is_hertz.then_some("Hertz contacts").into_iter().chain(on).collect();
+    format!("Effects simulated: {}. All others off, at no cost", all.join(", "))
+}
+
 pub fn effects(scene: &Scene) -> Vec<Effect> {
     let dampers = DampingTerm::ALL.map(|term| {
         let (TermDescription { effect: name, symbol, dimension, .. }, value) =

@@ -1,9 +1,10 @@
 //! A scene written out again: key by key for a table, or as a TOML file that reads back as the same scene.
 
-use std::fmt::Write;
+use std::{fmt::Write, path::Path};
 
 use super::{
-    Key, Material, Scene, SettingValue,
+    DriveKind, Key, Material, Scene, SceneError, SettingValue,
+    file::load_text,
     key::Get,
     table::{GOVERNORS, Governor, KEYS},
 };
@@ -56,20 +57,42 @@ impl Scene {
     /// A drive of kind `record` is written by its file's name, as the program was given it. A record held in memory only has
     /// none; then `drive.file` is missing and asked for on reading.
     pub fn to_toml(&self) -> String {
-        let mut text = String::new();
-        let mut table = "";
-        let settings = self.settings();
-        for setting in &settings {
-            let (own, word) = setting.key.rsplit_once('.').unwrap_or(("", &setting.key));
-            if own != table {
-                // Writing to a string cannot fail.
-                let _ = writeln!(text, "\n[{own}]");
-                table = own;
-            }
-            let _ = writeln!(text, "{word} = {}", setting.value.to_toml());
-        }
-        text
+        toml_of(&self.settings())
     }
+
+    /// The same scene and drive with all keys that begin with one of `dropped` at their defaults, and then with overrides `KEY=VALUE`. A key that must be
+    /// given is as its example says: no dampers, a rigid support.
+    pub fn changed(&self, dropped: &[&str], sets: &[String]) -> Result<Self, SceneError> {
+        let is_dropped = |key: &str| dropped.iter().any(|prefix| key.starts_with(prefix));
+        let mut settings = self.settings();
+        settings.retain(|setting| !is_dropped(&setting.key));
+        let needed = KEYS.iter().filter(|key| is_dropped(key.name) && key.when.is_empty() && !key.example.is_empty());
+        let needed = needed.filter(|key| key.default_text().is_empty()).map(|key| key.example.replace(" = ", "="));
+        let is_recorded = matches!(self.drive.kind, DriveKind::Record { .. });
+        // A record held in memory has no file.
+        let record = is_recorded.then(|| "drive.file=in-memory".to_owned());
+        let overrides: Vec<String> = record.into_iter().chain(needed).chain(sets.iter().cloned()).collect();
+        let mut scene = load_text(&toml_of(&settings), Path::new("scene.toml"), &overrides)?.scene;
+        if is_recorded {
+            scene.drive = self.drive.clone();
+        }
+        Ok(scene.with_limits(self.model.limits))
+    }
+}
+
+fn toml_of(settings: &[Setting]) -> String {
+    let mut text = String::new();
+    let mut table = "";
+    for setting in settings {
+        let (own, word) = setting.key.rsplit_once('.').unwrap_or(("", &setting.key));
+        if own != table {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "\n[{own}]");
+            table = own;
+        }
+        let _ = writeln!(text, "{word} = {}", setting.value.to_toml());
+    }
+    text
 }
 
 fn of_material(material: &Material) -> impl Iterator<Item = Setting> {
@@ -121,6 +144,26 @@ mod tests {
         }
         assert_eq!(of("model.step"), Some(("model.kind", vec!["reduced"])));
         assert_eq!((of("model.modes"), of("support.normal"), of("model.tolerance")), (None, None, None));
+    }
+
+    #[test]
+    fn a_scene_in_which_nothing_is_changed_is_the_same() {
+        for (name, sets) in
+            [("rigid", &["model.kind=reduced"][..]), ("annulus", &["chain.gaps=[1e-9,0,0,0,0,0,0]"]), ("water", &[])]
+        {
+            let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+            let scene = load(name, &sets).unwrap();
+            assert_eq!(scene.changed(&[], &[]).unwrap(), scene, "{name}");
+        }
+        let annulus = load("annulus", &["damping.tension=true".into()]).unwrap();
+        let bare = annulus
+            .changed(&["damping.", "support."], &["model.step=25 ns".into(), "model.kind=reduced".into()])
+            .unwrap();
+        assert!(
+            bare.damping.coefficients.are_absent()
+                && bare.support == crate::scene::Support::Flat(crate::scene::FlatContact::Rigid)
+        );
+        assert_eq!((bare.model.reduced.step, &bare.drive), (25e-9, &annulus.drive));
     }
 
     /// What a key says of when it has an effect is when a scene has a value for it.

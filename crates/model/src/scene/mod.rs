@@ -72,7 +72,7 @@ pub(crate) use disc::{DEFAULT_DISC, DEFAULT_DISC_DENSITY};
 pub use disc::{DiscShape, Rim};
 pub(crate) use drive::UNREAD_FREQUENCY;
 pub use drive::{Drive, DriveKind, PistonMotion};
-pub use effects::{Effect, effects};
+pub use effects::{Effect, effects, simulated, without_each};
 pub use error::{Place, SceneError};
 pub(crate) use fea::DEFAULT_CONTACT_PATCH;
 pub use fea::{ContactMass, DEFAULT_FEA_STEP, Elements, FeaSettings, Scheme};

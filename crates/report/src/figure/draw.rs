@@ -121,6 +121,18 @@ fn draw_layer(placed: &Placed<'_>, layer: &Layer, canvas: &Canvas<'_>) -> Drawn 
             }
             Ok(())
         }
+        Layer::Names(names) => {
+            for (x, y, words) in names {
+                let (at, near) = (place(*x, *y), 2.5);
+                if inside(at) {
+                    let (x, y) = frame.at(at);
+                    // Near the right side there is room on the left alone.
+                    let (side, by) = if at.0 > 0.8 { (HPos::Right, -near) } else { (HPos::Left, near) };
+                    canvas.text(words, (x + by, y - near), side, INK)?;
+                }
+            }
+            Ok(())
+        }
         Layer::MarkX { at, .. } => {
             let x = placed.x.place(*at);
             if (0.0..=1.0).contains(&x) {
@@ -379,7 +391,7 @@ fn legend_entry(layer: &Layer, (x, y): (f64, f64), canvas: &Canvas<'_>) -> Drawn
         Layer::Polygons { polygons, .. } => {
             polygons.first().map_or(Ok(()), |first| filled(first.fill.0, first.fill.1))?
         }
-        Layer::MarkX { .. } | Layer::HeatMap { .. } => {}
+        Layer::Names(_) | Layer::MarkX { .. } | Layer::HeatMap { .. } => {}
     }
     canvas.text(&clean(label), (x + SAMPLE + 4.0, y), HPos::Left, INK)
 }

@@ -149,6 +149,8 @@ pub enum Layer {
         bars: Vec<Bar>,
         colour: Colour,
     },
+    /// Words right above points: (x, y, words).
+    Names(Vec<(f64, f64, String)>),
     /// A thin vertical line over the whole height, named above the frame.
     MarkX { at: f64, label: String },
     /// A horizontal line over the whole width.
@@ -216,6 +218,9 @@ impl Layer {
                     [bar.from, bar.to].into_iter().for_each(|x| see(index, Some(x), None));
                     see(index, None, Some(bar.height));
                 }
+            }
+            Self::Names(names) => {
+                names.iter().enumerate().for_each(|(index, (x, y, _))| see(index, Some(*x), Some(*y)));
             }
             Self::MarkX { at, .. } => see(0, Some(*at), None),
             Self::MarkY { at, .. } => see(0, None, Some(*at)),

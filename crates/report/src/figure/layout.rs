@@ -77,7 +77,7 @@ pub(super) fn legend_label(layer: &Layer) -> Option<&str> {
         | Layer::Strokes { label, .. }
         | Layer::Polygons { label, .. }
         | Layer::Contour { label, .. } => label,
-        Layer::MarkX { .. } | Layer::HeatMap { .. } => return None,
+        Layer::Names(_) | Layer::MarkX { .. } | Layer::HeatMap { .. } => return None,
     };
     (!label.is_empty()).then_some(label)
 }
