@@ -193,7 +193,6 @@ fn a_scene_with_a_striker_is_left_to_granchain_impact_and_still_replayed() {
         (&["start", "hit.csv", "--scene", "impact"][..], "granchain-impact fit"),
         (&["calibrate", "--measured", "hit.csv", "--scene", "impact"], "granchain-impact fit"),
         (&["calibrate", "--measured", "hit.csv", "--scene", "impact", "--fit", "support_loss"], "granchain-impact fit"),
-        (&["coverage", "--scenario", "impact"], "granchain-impact coverage"),
     ] {
         let (code, _, err) = granchain(folder.path(), arguments);
         assert!(code == 2 && err.contains(instead) && err.lines().count() <= 3, "{arguments:?}: {code} {err}");

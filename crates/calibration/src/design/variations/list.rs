@@ -77,7 +77,7 @@ impl Variation {
         let bodies = kinds(scene) * 0.3 * density.powf(2.7);
         match self.method {
             Method::Hertz => (0.0, 1e-6 * beads * steps),
-            Method::FiniteBody => (0.15 * kinds(scene) * density.powi(2), 3e-6 * beads * steps),
+            Method::FiniteBody => (0.06 * kinds(scene) * density.powi(2), 3e-6 * beads * steps),
             Method::Reduced => (bodies, 1e-5 * beads * density.max(0.7) * steps),
             Method::Fea | Method::Effect => (0.0, 2.3e-3 * beads * density.powi(2) * steps),
         }
