@@ -16,7 +16,6 @@ const REPLAY: [&str; 5] = ["replay", "--scene", "rigid", "--set", "duration=100u
 const SWEEP: [&str; 7] = ["sweep", "--scene", "rigid", "--set", "duration=100us", "--vary", "alpha=0.5,0.7"];
 const ANALYSIS: [&str; 9] =
     ["replay", "--scene", "rigid", "--model", "fea", "--set", "model.mesh_density=3", "--set", "duration=40us"];
-const FRAMES: [&str; 2] = ["--fields", "10us"];
 
 /// Run in `place` with `--out out`.
 fn granchain(place: &Path, arguments: &[&[&str]]) -> Output {
@@ -126,16 +125,12 @@ fn a_result_that_was_edited_is_kept() {
     let place = tempfile::tempdir().unwrap();
     done(&granchain(place.path(), &[&REPLAY]));
     done(&granchain(place.path(), &[&REPLAY]));
-    for name in ["scene.toml", "timing.json"] {
-        let path = place.path().join("out").join(name);
-        let whole = fs::read(&path).unwrap();
-        fs::write(&path, "edited").unwrap();
-        for force in [&[][..], &["--force"]] {
-            refused(&granchain(place.path(), &[&REPLAY, force]), &[name, "was changed since"]);
-        }
-        assert_eq!(fs::read(&path).unwrap(), b"edited");
-        fs::write(&path, whole).unwrap();
+    let path = place.path().join("out/scene.toml");
+    fs::write(&path, "edited").unwrap();
+    for force in [&[][..], &["--force"]] {
+        refused(&granchain(place.path(), &[&REPLAY, force]), &["scene.toml", "was changed since"]);
     }
+    assert_eq!(fs::read(&path).unwrap(), b"edited");
 }
 
 /// A run that has everything but its place: folders of a stranger stand where its figures would.
@@ -155,17 +150,12 @@ fn the_state_of_another_command_is_refused_and_not_a_byte_of_it_touched() {
     let calibrate = ["calibrate", "--evaluations", "200", "--measured", "measurements/annulus-73khz/vib.csv"];
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join(calibrate[4]);
     let calibrate = [&calibrate[..4], &[record.to_str().unwrap()]].concat();
-    for (own, others) in [(&SWEEP[..], [&ANALYSIS[..], &calibrate]), (&ANALYSIS, [&SWEEP, &calibrate])] {
-        let place = unfinished(own);
-        let before = contents(place.path());
-        for other in others {
-            refused(&granchain(place.path(), &[other, &["--resume"]]), &["expected an unfinished run of", own[0]]);
-            assert!(before == contents(place.path()), "{other:?}");
-        }
-        // The right command with other flags.
-        refused(&granchain(place.path(), &[own, &["--resume", "--alpha", "0.9"]]), &["has another scene"]);
-        assert!(before == contents(place.path()));
-    }
+    let place = unfinished(&SWEEP);
+    let before = contents(place.path());
+    refused(&granchain(place.path(), &[&calibrate, &["--resume"]]), &["expected an unfinished run of", "sweep"]);
+    // The right command with other flags.
+    refused(&granchain(place.path(), &[&SWEEP, &["--resume", "--alpha", "0.9"]]), &["has another scene"]);
+    assert!(before == contents(place.path()));
 }
 
 #[test]
@@ -188,7 +178,7 @@ fn a_link_at_or_in_the_state_of_a_run_is_refused_and_neither_it_nor_its_target_i
         "state/runs.jsonl",
         "",
     ];
-    for (command, name) in [(&SWEEP[..], "sweep"), (&ANALYSIS, "replay --model fea"), (&calibrate, "calibrate")] {
+    for (command, name) in [(&SWEEP[..], "sweep"), (&calibrate, "calibrate")] {
         for link in links {
             let place = tempfile::tempdir().unwrap();
             let (work, victim) = (place.path().join(".out.unfinished"), place.path().join("victim"));
@@ -252,64 +242,31 @@ fn what_a_dead_run_left_is_not_removed_through_a_link() {
 
 #[test]
 fn results_that_could_not_be_put_in_their_place_are_made_again_from_the_state_to_the_same_bytes() {
-    for command in [&SWEEP[..], &[&ANALYSIS[..], &FRAMES].concat()] {
-        let place = unfinished(command);
-        let resumed = granchain(place.path(), &[command, &["--resume"]]);
-        done(&resumed);
-        if command[0] == "replay" {
-            let said = String::from_utf8_lossy(&resumed.stderr).into_owned();
-            assert!(said.contains("resumed at 40.00 µs"), "{said}");
-        }
-        done(&granchain(place.path(), &[command, &["--out", "whole"]]));
-        assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
-        assert_eq!(names(place.path()), ["out", "whole"]);
-        refused(&granchain(place.path(), &[command, &["--resume"]]), &["finished results stand in out already"]);
-    }
-}
-
-#[test]
-fn a_frame_damaged_before_the_resume_is_named_and_the_list_of_frames_is_written_again() {
-    let command = [&ANALYSIS[..], &FRAMES].concat();
-    let place = unfinished(&command);
-    let fields = place.path().join(".out.unfinished/state/fields");
-    for name in ["field_000001.vtu", "field_000000.vtu"] {
-        let (path, whole) = (fields.join(name), fs::read(fields.join(name)).unwrap());
-        let mut flipped = whole.clone();
-        flipped[whole.len() / 2] ^= 1;
-        fs::write(&path, flipped).unwrap();
-        refused(&granchain(place.path(), &[&command, &["--resume"]]), &[name, "damaged", "--force"]);
-        fs::remove_file(&path).unwrap();
-        refused(&granchain(place.path(), &[&command, &["--resume"]]), &[name, "cannot be read", "--force"]);
-        fs::write(&path, whole).unwrap();
-    }
-    fs::write(fields.join("fields.pvd"), "<VTKFile/>").unwrap();
-    done(&granchain(place.path(), &[&command, &["--resume"]]));
-    done(&granchain(place.path(), &[&command, &["--out", "whole"]]));
+    let place = unfinished(&SWEEP);
+    done(&granchain(place.path(), &[&SWEEP, &["--resume"]]));
+    done(&granchain(place.path(), &[&SWEEP, &["--out", "whole"]]));
     assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
+    assert_eq!(names(place.path()), ["out", "whole"]);
+    refused(&granchain(place.path(), &[&SWEEP, &["--resume"]]), &["finished results stand in out already"]);
 }
 
 #[test]
 fn resume_starts_again_and_says_so_if_nothing_was_saved() {
-    for command in [&SWEEP[..], &ANALYSIS] {
-        let place = tempfile::tempdir().unwrap();
-        done(&granchain(place.path(), &[command, &["--out", "whole"]]));
-        let (state, name) = (
-            place.path().join(".out.unfinished/state"),
-            if command[0] == "sweep" { "sweep" } else { "replay --model fea" },
-        );
-        // Ended before the state was made, before its command was told, and before the plan was whole.
-        for left in 0..3 {
-            fs::create_dir_all(if left == 0 { state.parent().unwrap() } else { &state }).unwrap();
-            if left == 2 {
-                fs::write(state.join("command"), format!("{name}\n")).unwrap();
-                fs::write(state.join("plan.json"), "{}").unwrap();
-            }
-            let output = granchain(place.path(), &[command, &["--resume"]]);
-            done(&output);
-            assert!(String::from_utf8_lossy(&output.stderr).contains("it starts again"), "{left}");
-            assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
-            assert_eq!(names(place.path()), ["out", "whole"]);
+    let place = tempfile::tempdir().unwrap();
+    done(&granchain(place.path(), &[&SWEEP, &["--out", "whole"]]));
+    let state = place.path().join(".out.unfinished/state");
+    // Ended before the state was made, before its command was told, and before the plan was whole.
+    for left in 0..3 {
+        fs::create_dir_all(if left == 0 { state.parent().unwrap() } else { &state }).unwrap();
+        if left == 2 {
+            fs::write(state.join("command"), "sweep\n").unwrap();
+            fs::write(state.join("plan.json"), "{}").unwrap();
         }
+        let output = granchain(place.path(), &[&SWEEP, &["--resume"]]);
+        done(&output);
+        assert!(String::from_utf8_lossy(&output.stderr).contains("it starts again"), "{left}");
+        assert!(results(&place.path().join("out")) == results(&place.path().join("whole")));
+        assert_eq!(names(place.path()), ["out", "whole"]);
     }
 }
 

@@ -343,7 +343,7 @@ fn the_same_report_gives_the_same_bytes_and_survives_its_own_json() {
 fn what_was_typed_by_others_cannot_become_markup() {
     let mut report = report();
     let nasty = "<script>alert(1)</script>\"'&|`*_\n# x";
-    let feature = report.outcome.best.features.get_mut("positive_peak").unwrap();
+    let feature = report.outcome.best.features.get_mut("line_1/3").unwrap();
     let (law, record) = (&mut report.outcome.laws[0], &mut report.records[0]);
     law.failures = BTreeMap::from([(nasty.to_owned(), 1)]);
     for field in [
@@ -378,7 +378,7 @@ fn what_was_typed_by_others_cannot_become_markup() {
     // A name with a comma, a quote or a line break stays one cell.
     let features = text(&files, "features.csv");
     let mut reader = csv::Reader::from_reader(features.as_bytes());
-    assert_eq!(reader.records().next().unwrap().unwrap().get(1), Some(nasty));
+    assert!(reader.records().any(|row| row.unwrap().get(1) == Some(nasty)));
 }
 
 #[test]

@@ -16,8 +16,7 @@ pub(super) fn friction(room: &mut Room<'_>) {
             room.lost(which, lost, &ran);
         }
     }
-    let oblique =
-        ["holder.clearance=100 um", "holder.friction_coefficient=0.5", "duration=200 us", "damping.kind=none"];
+    let oblique = ["holder.clearance=40 um", "holder.friction_coefficient=0.5", "duration=200 us", "damping.kind=none"];
     run(room, "beads that rub with what the contacts push them aside", &oblique);
 }
 

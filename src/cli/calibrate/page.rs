@@ -333,7 +333,7 @@ pub fn text(outcome: &CalibrationOutcome, measured: &str, place: &Path) -> Strin
         let unit = if unit.is_empty() { unit } else { format!(" {unit}") };
         let _ = writeln!(
             text,
-            "  {:<14} {measured} {of_record}{unit}, simulated {simulated}{unit}, difference {difference}",
+            "  {:<14} {measured} {of_record}{unit}, simulated {simulated}{unit} ({difference})",
             number.name
         );
     }

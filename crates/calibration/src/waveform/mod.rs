@@ -10,6 +10,7 @@ mod columns;
 mod difference;
 mod ensemble;
 mod minimum;
+mod origin;
 mod p_value;
 mod record;
 mod regression;
@@ -31,7 +32,7 @@ pub(crate) use self::{
     start::Start,
 };
 pub use self::{
-    ensemble::Origin,
+    origin::Origin,
     residual::{Clock, Residual},
 };
 use self::{

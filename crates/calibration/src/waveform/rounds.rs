@@ -7,7 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::{
-    ensemble::{Ensemble, Known, Origin, Placed, Solution, add, as_columns, solved},
+    ensemble::{Ensemble, Known, Placed, Solution, add, as_columns, solved},
+    origin::Origin,
     residual::Residual,
     source::{LEFT_STEADY, Sources},
     start::Start,

@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub use super::variation::{EffectVariation, Variation};
 use super::{
     ChainModel, InitialState, coupling::Coupling, effects::Effects, finite_body::FiniteBodyLaws, lane::AnnulusLane,
-    system::System,
+    on_spring::OnSpring, system::System,
 };
 use crate::{
     Estimate, ModelError,
@@ -61,52 +61,6 @@ enum Last {
     Spring,
     HertzOnSpring,
 }
-
-/// A contact on a spring, of every run.
-#[derive(Debug, Clone, Copy)]
-struct OnSpring {
-    /// k/K, m^(-1/2).
-    ratio: Lane,
-    /// c₁, m^(-1/2), and c₂, 1/m.
-    first: f64,
-    second: f64,
-}
-
-impl OnSpring {
-    fn new(law: &Law) -> Self {
-        let contact = if let Law::HertzOnSpring(law) = law { Some(law.contact) } else { None };
-        let (first, second) = contact.map_or((0.0, 0.0), |contact| (contact.first, contact.second));
-        Self { ratio: Lane::ZERO, first, second }
-    }
-
-    /// Force over k where contact and spring together have the overlap δ ≥ 0 (m), as [`HertzOnSpring`] has it.
-    #[inline(always)]
-    fn force(&self, overlap: Lane) -> Lane {
-        let mut root = overlap.root();
-        for _ in 0..ROOTS {
-            let force = self.of_root(root);
-            let bracket = root * (root * (5.0 * self.second) + 4.0 * self.first) + 3.0;
-            let slope = root * (self.ratio * root * bracket + 2.0);
-            let change = (root * root + self.ratio * force - overlap) / slope;
-            let change = change.or_where_not(root.above(Lane::ZERO), Lane::ZERO);
-            root = root - change;
-            if change.magnitude().within(root * ROOT_SETTLED).every() {
-                break;
-            }
-        }
-        self.of_root(root)
-    }
-
-    /// x³ (1 + c₁ x + c₂ x²).
-    #[inline(always)]
-    fn of_root(&self, root: Lane) -> Lane {
-        root * root * root * (root * (root * self.second + self.first) + 1.0)
-    }
-}
-
-/// Most steps of Newton's method for a contact on a spring, and the relative change at which they end: squared, it is below rounding.
-const ROOTS: usize = 60;
-const ROOT_SETTLED: f64 = 1e-8;
 
 /// Times the forces of coupled contacts are inserted into one another: leaves 2e-6 of the force where each insertion contracts to a
 /// hundredth (1 mm steel beads, 1 µm), far below the step's own error.
@@ -391,9 +345,7 @@ impl Work {
                         spring: of_support * law.spring,
                     }),
                 };
-                if let Law::HertzOnSpring(law) = law {
-                    self.on_spring.ratio.0[place] = law.contact.stiffness / law.spring;
-                }
+                self.on_spring.put(place, &law);
                 let gap = gap + variation.gap_offsets[contact];
                 let force = variation.precompression;
                 let coupled = ensemble.coupling.as_ref().map_or(0.0, |coupling| coupling.under(contact, force));

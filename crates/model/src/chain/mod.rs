@@ -27,6 +27,7 @@ mod forecast;
 mod integrate;
 mod lane;
 mod laws;
+mod on_spring;
 mod pace;
 mod record;
 mod system;

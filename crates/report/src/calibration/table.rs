@@ -80,7 +80,7 @@ pub(super) fn widths(law: &Law<'_>) -> Option<(Table, Vec<String>)> {
         .map(|origin| {
             let share = |of: &BTreeMap<Origin, f64>| bar(of.get(origin).copied().unwrap_or(0.0));
             let bars = shares.iter().map(share);
-            [origin.words().to_owned()].into_iter().chain(bars).chain([origin.remedy().to_owned()]).collect()
+            [capitalised(origin.words())].into_iter().chain(bars).chain([origin.remedy().to_owned()]).collect()
         })
         .collect();
     let sentence = |(parameter, of): (&Estimate, &BTreeMap<Origin, f64>)| {
@@ -88,8 +88,8 @@ pub(super) fn widths(law: &Law<'_>) -> Option<(Table, Vec<String>)> {
         let half = 50.0 * (parameter.high? / parameter.low?).ln();
         let without = half * (1.0 - share).max(0.0).sqrt();
         Some(format!(
-            "{} is known to ± {} %; without the part of {} it would be ± {} %. What narrows it: {}.",
-            capitalised(parameter.name),
+            "{} is known to ± {} %; without what comes from {} it would be ± {} %. What narrows it: {}.",
+            parameter.symbol,
             significant(half, 2),
             origin.words(),
             significant(without, 2),
