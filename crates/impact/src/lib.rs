@@ -182,6 +182,19 @@ pub struct ImpactFit {
     pub runs: Vec<Run>,
 }
 
+/// Refuse a scene without a striker or a sensor.
+///
+/// # Errors
+/// [`ImpactError::Scene`].
+pub fn expect_hits(scene: &Scene) -> Result<(), ImpactError> {
+    let lacks = match (scene.drive.kind.striker(), &scene.chain.sensor) {
+        (None, _) => "a striker (drive.kind)",
+        (_, None) => "a bead with a sensor (chain.sensor)",
+        _ => return Ok(()),
+    };
+    Err(ImpactError::Scene { scene: scene.name.clone(), lacks })
+}
+
 impl Experiment {
     /// Of records, each with the name of its set-up where there are several; runs last as long as the latest return asks for.
     ///
@@ -192,13 +205,7 @@ impl Experiment {
         mut scene: Scene,
         parameters: Vec<Parameter>,
     ) -> Result<Self, ImpactError> {
-        let lacking = |lacks| Err(ImpactError::Scene { scene: scene.name.clone(), lacks });
-        if scene.drive.kind.striker().is_none() {
-            return lacking("a striker (drive.kind)");
-        }
-        if scene.chain.sensor.is_none() {
-            return lacking("a bead with a sensor (chain.sensor)");
-        }
+        expect_hits(&scene)?;
         if parameters.len() > MOST_PARAMETERS {
             return Err(ImpactError::TooMany { found: parameters.len() });
         }

@@ -111,6 +111,7 @@ fn fit(arguments: &Fit) -> anyhow::Result<()> {
     let text = SceneText::read(&arguments.scene)?;
     let loaded = text.load(&arguments.set, ModelKind::Chain)?;
     let scene = loaded.scene;
+    granchain_impact::expect_hits(&scene)?;
     let options =
         Reading { channel: arguments.channel.clone(), ..reading(&arguments.read)? }.below(ReadOptions::default())?;
     let (mut records, mut assumptions) = (Vec::new(), loaded.notes);
