@@ -328,7 +328,7 @@ fn write(
         drive_frequency: scene.drive.frequency,
         features: summary.features.as_ref(),
         others,
-        ensemble: spread.map(|spread| summary::ensemble(spread)),
+        ensemble: spread.map(summary::ensemble),
         assumptions: summary.warnings.iter().chain(&summary.assumptions).cloned().collect(),
     };
     folder.write_all(report.files()?)?;

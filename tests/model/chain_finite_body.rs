@@ -287,7 +287,7 @@ fn an_ensemble_follows_the_accurate_integrator_and_takes_prepared_laws() {
         ("annulus", "damping.kind=none", "0.5 N", 1e-5),
         ("annulus", "damping.kind=linear", "0.5 N", 2e-6),
         ("annulus", "damping.kind=kuwabara-kono", "0 N", 1e-3),
-        ("spring", "damping.kind=linear", "20 N", 2e-5),
+        ("spring", "damping.kind=linear", "0.5 N", 1e-3),
         ("spring", "damping.kind=kuwabara-kono", "0 N", 2e-3),
     ] {
         let on_spring = ["support.kind=spring", "support.stiffness=10 N/um"];

@@ -251,16 +251,19 @@ macro_rules! cases {
 }
 
 cases! {
+    #[ignore = "slow, run by .ci/full"]
     sonic_vacuum 1,
     precompression 2,
     fast_large_and_tiny 3,
     step 4,
     support 5,
     nearly_incompressible_resin 6,
+    #[ignore = "slow, run by .ci/full"]
     unequal_and_many_beads 7,
     overdamped 8,
     bad_drive_record 9,
     other_units_and_mirrored 10,
+    #[ignore = "slow, run by .ci/full"]
     water 11,
     calibration_without_an_answer 12,
     chaotic_and_regular 13,

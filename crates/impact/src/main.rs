@@ -31,7 +31,7 @@ use granchain_signal::{
 enum Command {
     /// Fit modulus and loss of the ground to records of a force sensor in one of the beads
     #[command(after_help = "Example:\n  granchain-impact fit hits/*.csv --scene column.toml --out fit")]
-    Fit(Fit),
+    Fit(Box<Fit>),
     /// Count how many intervals contain the true value, on synthetic hits made and fitted here
     Coverage {
         /// Number of columns, five hits each

@@ -140,6 +140,16 @@ pub(super) fn solved(lower: &[Vec<f64>], x: &[f64]) -> Option<Vec<f64>> {
     Some(full.solve_lower_triangular(&nalgebra::DVector::from_column_slice(x))?.as_slice().to_vec())
 }
 
+/// Columns of a covariance.
+pub(super) struct Columns {
+    /// Differences from run to run, the instrument, the correction of the model, the level of the drive.
+    pub parts: [Mat<f64>; 4],
+    /// The column of the shift, which is the first of the instrument's.
+    pub shift: Mat<f64>,
+    /// The mean trace.
+    pub mean: Vec<f64>,
+}
+
 /// Compared samples of one record, whitened by one covariance.
 pub(super) struct Compared {
     pub rows: Vec<usize>,
@@ -420,15 +430,14 @@ impl Ensemble {
         (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect()
     }
 
-    /// Columns of the covariance of the samples `rows` by origin: differences from run to run, the instrument, the correction of the model, the level of
-    /// the drive. And the column of the shift, and the mean trace.
+    /// The columns of the covariance of the samples `rows` by origin.
     pub(super) fn columns(
         &self,
         known: &Known,
         number: usize,
         regression: &Regression,
         rows: &[usize],
-    ) -> Option<([Mat<f64>; 4], Mat<f64>, Vec<f64>)> {
+    ) -> Option<Columns> {
         let (record, nuisances) = (known.records[number], &known.nuisances[number]);
         let scale = regression.freedom.sqrt().recip();
         let runs = regression.residuals.ncols();
@@ -444,7 +453,7 @@ impl Ensemble {
             Some((parameter, deviations)) => self.level_column(regression, *parameter, deviations[number], rows)?,
             None => Mat::zeros(rows.len(), 0),
         };
-        Some(([spread, beside(&[shift.as_ref(), further.as_ref()]), finer, level], shift, mean))
+        Some(Columns { parts: [spread, beside(&[shift.as_ref(), further.as_ref()]), finer, level], shift, mean })
     }
 
     /// The samples `rows` of one record with the covariance of their uncertainty.
@@ -456,8 +465,8 @@ impl Ensemble {
         rows: Vec<usize>,
     ) -> Option<Compared> {
         let record = known.records[number];
-        let (columns, shift, mean) = self.columns(known, number, regression, &rows)?;
-        let columns = beside(&columns.each_ref().map(Mat::as_ref));
+        let Columns { parts, shift, mean } = self.columns(known, number, regression, &rows)?;
+        let columns = beside(&parts.each_ref().map(Mat::as_ref));
         let louder = record.louder(rows.iter().map(|t| mean[*t]));
         let covariance = Covariance::of(record.sigma, louder, columns)?;
         let count = regression.coefficients.ncols();

@@ -65,7 +65,7 @@ impl Ensemble {
         for (number, regression) in self.regressions(known)?.iter().enumerate() {
             let rows = known.records[number].compared(&solution.placed[number]).1;
             let slopes = slopes_at(regression, &solution.z, self.is_quadratic(), &rows);
-            let (columns, ..) = self.columns(known, number, regression, &rows)?;
+            let columns = self.columns(known, number, regression, &rows)?.parts;
             let within = self.compared(known, number, regression, rows)?;
             let inner = within.covariance.inner(slopes.as_ref(), slopes.as_ref());
             add(&mut information, |a, b| inner[(a, b)]);
