@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A hit is reduced to four numbers that hold no gain: the time from the incident to the returned impulse, the ratio of their peaks, that of
-//! their widths, and the width of the incident one ([`hit`]), which tells of the record's clock and of what the sensor reads. Nothing here knows a drive
+//! their widths, and the width of the incident one (`hit.rs`), which tells of the record's clock and of what the sensor reads. Nothing here knows a drive
 //! or its period. The mean ȳ of n hits of one set-up is compared with the model,
 //!
 //! ȳ ~ N(m(θ), S/n + U + B Bᵀ + C (1 + h(θ))),

@@ -274,7 +274,7 @@ fn what_cannot_be_fitted_is_refused_with_its_place() {
         (vec![good, "--fit", "precompression"], vec!["parameter `precompression`", "expected some of support_modulus"]),
         (vec![good, "--velocity-sd", "5"], vec!["from 0 to 1"]),
         (vec![good, "--bounds", "alpha=0.5:2"], vec!["`alpha` is not fitted"]),
-        (vec![good, "--bounds", "support_modulus=9:2"], vec!["0 < LOW < HIGH"]),
+        (vec![good, "--bounds", "support_modulus=9MPa:2MPa"], vec!["0 < LOW < HIGH"]),
         (vec![good, "--out", "."], vec!["exists already"]),
         (vec![good, "--set", "support.kind=rigid"], vec!["`support_modulus` belongs to an elastic foundation"]),
     ] {
