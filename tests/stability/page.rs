@@ -111,9 +111,10 @@ fn number(value: f64) -> String {
 fn the_number_of_checks_on_the_first_page_is_that_of_the_sections() {
     let page = fs::read_to_string(file()).unwrap();
     let count = |line: &str| line.strip_suffix(" checks)")?.rsplit_once('(')?.1.parse::<usize>().ok();
-    let all: usize = page.lines().filter_map(count).sum();
+    let counts: Vec<usize> = page.lines().filter_map(count).collect();
+    let all: usize = counts.iter().sum();
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
-    assert!(readme.contains(&format!("{} hard cases with {all} checks", super::CASES.len())), "{all}");
+    assert!(readme.contains(&format!("{} hard cases with {all} checks", counts.len())), "{all}");
 }
 
 #[test]
