@@ -255,7 +255,7 @@ fn resume_starts_again_and_says_so_if_nothing_was_saved() {
     let place = tempfile::tempdir().unwrap();
     done(&granchain(place.path(), &[&SWEEP, &["--out", "whole"]]));
     let state = place.path().join(".out.unfinished/state");
-    // Ended before the state was made, before its command was told, and before the plan was whole.
+    // Ended before the state was made, before its command was named, and before the plan was whole.
     for left in 0..3 {
         fs::create_dir_all(if left == 0 { state.parent().unwrap() } else { &state }).unwrap();
         if left == 2 {

@@ -89,15 +89,14 @@ const MARGIN: f64 = 0.25;
 /// Distance from the edge of that region, as a share of its extent, below which an interval counts as touching it.
 const EDGE: f64 = 0.02;
 
-/// State of the correction, as stored in a checkpoint.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+/// State of the correction.
+#[derive(Debug, Clone)]
 pub struct Correction {
     /// Every pair so far, in order.
     pub pairs: Vec<Pair>,
     /// Number of pairs in each round made.
     pub rounds: Vec<usize>,
     /// Posterior of all pairs, if already computed.
-    #[serde(skip)]
     latest: Option<Posterior>,
     /// Change of the answer in the last round.
     motion: Motion,
@@ -138,7 +137,7 @@ pub struct LevelDifference {
 type Features<'a> = &'a dyn Fn(&[f64], &[f64]) -> Vec<f64>;
 
 /// Change of the answer in the last round.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Motion {
     /// Largest move of a median, in half-widths of its interval; `None` without an earlier answer.
     drift: Option<f64>,

@@ -27,7 +27,7 @@ use super::{
     posterior::Posterior,
     search::Search,
     statement::p_value,
-    waveform::{self, CLOCK, Compared, QUANTILE, Start, WaveformFit},
+    waveform::{self, CLOCK, Clock, Compared, QUANTILE, Start, WaveformFit},
 };
 use granchain_model::{
     self as model,
@@ -345,7 +345,7 @@ impl Case<'_> {
         let text = format!(
             "the clock of the vibrometer, {:.3} % {} against the horn's (check the sample rates and time columns of both files)",
             100.0 * late.abs(),
-            if late > 0.0 { "slow" } else { "fast" }
+            Clock { late, ..seen }.direction()
         );
         let suspect = Suspect::said(Cause::Clock, self.scene.clone(), text);
         let finding = (self.worth(p) || other && p >= DOUBTFUL).then(|| self.finding(&suspect, p, &[]));

@@ -61,7 +61,7 @@ impl std::fmt::Display for Verdict {
 }
 
 impl Verdict {
-    /// Of p, of whether the answer still moves, and of whether a value is unusual.
+    /// Of p, of whether the answer still moves, and of whether a value, or the record's clock, is unusual.
     pub fn of(p: f64, moves: bool, unusual: bool) -> Self {
         if p < agreement::OUTSIDE {
             Self::OutsideScatter
@@ -192,11 +192,9 @@ impl Fit {
             }
         }
         self.agreement.p = waveform.with_amplitudes(self.agreement.p);
-        self.verdict = verdict(self.agreement.p, moves, &self.estimates, &self.parameters);
         let is_other_clock = (0..waveform.residuals.len()).any(|number| waveform.other_clock(number).is_some());
-        if self.verdict == Verdict::WithinScatter && is_other_clock {
-            self.verdict = Verdict::Doubtful;
-        }
+        let unusual = is_other_clock || is_unusual(&self.estimates, &self.parameters);
+        self.verdict = Verdict::of(self.agreement.p, moves, unusual);
         self.waveform = Some(waveform);
         self
     }
@@ -460,7 +458,7 @@ impl Reading<'_> {
         let best: Vec<usize> = best.into_iter().map(|entry| entry.1).collect();
         let shares = shares(parameters, &training, &best, &agreement.records, &scatter);
         let misfit = shares.iter().map(|share| share.misfit).fold(misfit, f64::max);
-        let verdict = verdict(agreement.p, drift > 1.0, &estimates, parameters);
+        let verdict = Verdict::of(agreement.p, drift > 1.0, is_unusual(&estimates, parameters));
         Fit {
             parameters: parameters.to_vec(),
             estimates,
@@ -485,8 +483,7 @@ impl Reading<'_> {
     }
 }
 
-/// Verdict for p, and whether the answer still `moves`.
-fn verdict(p: f64, moves: bool, estimates: &[Estimate], parameters: &[Parameter]) -> Verdict {
-    let unusual = estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value));
-    Verdict::of(p, moves, unusual)
+/// Whether a value lies far outside what such benches have.
+fn is_unusual(estimates: &[Estimate], parameters: &[Parameter]) -> bool {
+    estimates.iter().zip(parameters).any(|(estimate, parameter)| parameter.is_unusual(estimate.value))
 }

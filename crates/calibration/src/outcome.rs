@@ -98,9 +98,11 @@ impl CalibrationOutcome {
         };
         let peaks = [("positive peak", "positive_peak", 1.0), ("negative peak", "negative_peak", -1.0)];
         let ratios = [("ratio 1/3", "ratio_1/3"), ("ratio 2/3", "ratio_2/3")];
-        let peaks: Vec<_> = peaks.into_iter().filter_map(|(name, key, sign)| peak(name, key, sign)).collect();
-        let ratios = ratios.into_iter().filter_map(|(name, key)| ratio(name, key)).filter(|_| !peaks.is_empty());
-        peaks.iter().cloned().chain(ratios).collect()
+        let mut numbers: Vec<_> = peaks.into_iter().filter_map(|(name, key, sign)| peak(name, key, sign)).collect();
+        if !numbers.is_empty() {
+            numbers.extend(ratios.into_iter().filter_map(|(name, key)| ratio(name, key)));
+        }
+        numbers
     }
 
     /// The best fit of every damping law, first the leading one, if the record does not decide between them; otherwise
@@ -290,6 +292,23 @@ pub struct FittedParameter {
     pub bounds: [f64; 2],
 }
 
+impl FittedParameter {
+    /// Of an estimate and the bounds of its search; with an interval if `quoted`.
+    #[must_use]
+    pub fn of(estimate: &Estimate, bounds: [f64; 2], quoted: bool) -> Self {
+        Self {
+            value: estimate.value,
+            low: quoted.then_some(estimate.low),
+            high: quoted.then_some(estimate.high),
+            median: estimate.median,
+            unit: estimate.unit.clone(),
+            at_bound: estimate.at_bound,
+            unidentified: estimate.unidentified,
+            bounds,
+        }
+    }
+}
+
 /// One feature of record and calibrated model, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeFeature {
@@ -474,17 +493,7 @@ pub(crate) fn estimates_by_name(
     quoted: bool,
 ) -> BTreeMap<String, FittedParameter> {
     let entry = |(estimate, parameter): (&Estimate, &Parameter)| {
-        let fitted = FittedParameter {
-            value: estimate.value,
-            low: quoted.then_some(estimate.low),
-            high: quoted.then_some(estimate.high),
-            median: estimate.median,
-            unit: estimate.unit.clone(),
-            at_bound: estimate.at_bound,
-            unidentified: estimate.unidentified,
-            bounds: [parameter.low, parameter.high],
-        };
-        (estimate.name.clone(), fitted)
+        (estimate.name.clone(), FittedParameter::of(estimate, [parameter.low, parameter.high], quoted))
     };
     estimates.iter().zip(parameters).map(entry).collect()
 }

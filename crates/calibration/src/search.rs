@@ -12,7 +12,6 @@ use argmin::core::{Error, IterState, KV, Problem, Solver, State, TerminationReas
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use serde::{Deserialize, Serialize};
 
 use super::{
     comparison::Comparison,
@@ -47,8 +46,8 @@ const BLUR: f64 = 2e-3;
 /// Power on the likelihood from which stage 3 draws.
 const DRAW_POWER: f64 = 0.5;
 
-/// State of the search, as stored in a checkpoint.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+/// State of the search.
+#[derive(Debug, Clone)]
 pub struct Search {
     /// Every run so far, in order.
     pub runs: Vec<Run>,

@@ -150,7 +150,7 @@ pub(crate) fn other_clock(fit: &Fit, labels: &[String]) -> Vec<String> {
              columns of both files. The values may be off by more than their intervals.",
             100.0 * seen.late.abs(),
             100.0 * seen.deviation,
-            if seen.late > 0.0 { "slow" } else { "fast" }
+            seen.direction()
         )
     })
     .collect()

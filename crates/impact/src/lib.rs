@@ -155,8 +155,8 @@ pub struct Experiment {
     pub seed: u64,
     /// Before this after the incident impulse nothing can have returned, s.
     earliest: f64,
-    /// Number of unknowns that the hits have told already.
-    told: usize,
+    /// Number of unknowns that were fitted to the hits already.
+    fitted: usize,
 }
 
 #[derive(Debug, Clone)]
@@ -221,7 +221,7 @@ impl Experiment {
         let noise = noise.into_iter().map(|(record, _)| record).collect();
         let (unknown, evaluations, seed) = (Unknown::default(), EVALUATIONS, 1);
         let experiment =
-            Self { hits, noise, scene, parameters, unknown, evaluations, seed, earliest, told: 0, strength: None };
+            Self { hits, noise, scene, parameters, unknown, evaluations, seed, earliest, fitted: 0, strength: None };
         let expected = experiment.step();
         let other = |hit: &&Hit| (hit.record.series.step / expected - 1.0).abs() > SAME_STEP;
         if let Some(hit) = experiment.hits.iter().find(other) {
@@ -241,7 +241,7 @@ impl Experiment {
         let hits = self.hits.iter().map(slower).collect::<Result<Vec<_>, _>>()?;
         let mut scene = self.scene.clone();
         scene.duration *= factor.max(1.0);
-        Ok(Self { hits, scene, told: self.told + 1, ..self.clone() })
+        Ok(Self { hits, scene, fitted: self.fitted + 1, ..self.clone() })
     }
 
     /// All records, those without a hit last; of several hits in one file one.
@@ -331,7 +331,7 @@ impl Experiment {
             let likelihood = Likelihood::new(&regression, hits);
             let grid = Grid::of(&likelihood, &within).ok_or_else(|| too_few(&runs))?;
             if round + 1 == ROUNDS {
-                let mut fit = answer(parameters, &likelihood, &grid, before.as_ref(), (&within, runs), self.told);
+                let mut fit = answer(parameters, &likelihood, &grid, before.as_ref(), (&within, runs), self.fitted);
                 let (names, hits) = self.set_ups();
                 let each = names.into_iter().zip(&hits).filter(|_| hits.len() > 1);
                 fit.set_ups = each
@@ -375,7 +375,7 @@ fn answer(
     grid: &Grid,
     before: Option<&Grid>,
     (within, runs): (&[[f64; 2]], Vec<Run>),
-    told: usize,
+    fitted: usize,
 ) -> ImpactFit {
     let mut settled = true;
     let estimate = |(d, parameter): (usize, &Parameter)| {
@@ -400,7 +400,7 @@ fn answer(
         }
     };
     let estimates: Vec<Estimate> = parameters.iter().enumerate().map(estimate).collect();
-    let p_value = likelihood.p_value(grid, parameters.len() + told);
+    let p_value = likelihood.p_value(grid, parameters.len() + fitted);
     let (mean, covariance) = grid.moments(|at| likelihood.regression.expected(at).mean);
     let of_mean = covariance[(0, 0)] + likelihood.shared()[(0, 0)] + likelihood.hits.set_up[(0, 0)];
     let of_hit = likelihood.scatter[(0, 0)];

@@ -121,17 +121,7 @@ fn set_up(fit: &ImpactFit) -> String {
 fn parameters(fit: &ImpactFit) -> BTreeMap<String, FittedParameter> {
     let quoted = fit.verdict.explains();
     let entry = |(estimate, parameter): (&Estimate, &Parameter)| {
-        let fitted = FittedParameter {
-            value: estimate.value,
-            low: quoted.then_some(estimate.low),
-            high: quoted.then_some(estimate.high),
-            median: estimate.median,
-            unit: estimate.unit.clone(),
-            at_bound: estimate.at_bound,
-            unidentified: estimate.unidentified,
-            bounds: [parameter.low, parameter.high],
-        };
-        (estimate.name.clone(), fitted)
+        (estimate.name.clone(), FittedParameter::of(estimate, [parameter.low, parameter.high], quoted))
     };
     fit.estimates.iter().zip(&fit.parameters).map(entry).collect()
 }

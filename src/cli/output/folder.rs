@@ -183,21 +183,6 @@ impl OutputFolder {
         })
     }
 
-    /// Take a file of the state into the results; it stays in the state, so that work stopped before its end loses nothing.
-    ///
-    /// # Errors
-    /// [`OutputError::Io`].
-    pub fn take(&self, from: &Path, name: impl AsRef<Path>) -> Result<PathBuf, OutputError> {
-        self.put(name.as_ref(), |name, path| {
-            // Files of the state are replaced, never written into, so that the two names may share one file.
-            if fs::hard_link(from, path).is_err() {
-                let bytes = fs::read(from).map_err(OutputError::io("read", from))?;
-                write_atomically(path, &bytes)?;
-            }
-            digest_of_file(name, path)
-        })
-    }
-
     fn put<E: From<OutputError>>(
         &self,
         name: &Path,

@@ -464,8 +464,17 @@ impl Ensemble {
         regression: &Regression,
         rows: Vec<usize>,
     ) -> Option<Compared> {
-        let record = known.records[number];
-        let Columns { parts, shift, mean } = self.columns(known, number, regression, &rows)?;
+        let columns = self.columns(known, number, regression, &rows)?;
+        Self::whitened(known.records[number], regression, &columns, rows)
+    }
+
+    /// The same by columns that are known.
+    pub(super) fn whitened(
+        record: &RecordTrace,
+        regression: &Regression,
+        Columns { parts, shift, mean }: &Columns,
+        rows: Vec<usize>,
+    ) -> Option<Compared> {
         let columns = beside(&parts.each_ref().map(Mat::as_ref));
         let louder = record.louder(rows.iter().map(|t| mean[*t]));
         let covariance = Covariance::of(record.sigma, louder, columns)?;

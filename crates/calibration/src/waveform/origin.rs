@@ -65,11 +65,11 @@ impl Ensemble {
         for (number, regression) in self.regressions(known)?.iter().enumerate() {
             let rows = known.records[number].compared(&solution.placed[number]).1;
             let slopes = slopes_at(regression, &solution.z, self.is_quadratic(), &rows);
-            let columns = self.columns(known, number, regression, &rows)?.parts;
-            let within = self.compared(known, number, regression, rows)?;
+            let columns = self.columns(known, number, regression, &rows)?;
+            let within = Self::whitened(known.records[number], regression, &columns, rows)?;
             let inner = within.covariance.inner(slopes.as_ref(), slopes.as_ref());
             add(&mut information, |a, b| inner[(a, b)]);
-            parts.push(columns.map(|columns| within.covariance.inner(slopes.as_ref(), columns.as_ref())));
+            parts.push(columns.parts.map(|columns| within.covariance.inner(slopes.as_ref(), columns.as_ref())));
         }
         let unit = inverse(&information);
         let moved = Mat::from_fn(size, size, |d, j| (0..size).map(|i| self.lower[d][i] * unit[i][j]).sum::<f64>());

@@ -34,6 +34,13 @@ pub struct Clock {
     pub share: f64,
 }
 
+impl Clock {
+    /// Which way the record's clock differs.
+    pub(crate) fn direction(self) -> &'static str {
+        if self.late > 0.0 { "slow" } else { "fast" }
+    }
+}
+
 impl Ensemble {
     /// Residual of every record at the answer, without the most likely shift, drift, crosstalk and sensitivity of its instrument.
     /// `alpha` is the number of the parameter that the level multiplies, where records are shots of one experiment.

@@ -133,12 +133,6 @@ impl DampingKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// The law that has these terms alone.
-    pub fn of_terms(wanted: impl Fn(DampingTerm) -> bool) -> Option<Self> {
-        let has = |kind: &Self| DampingTerm::ALL.iter().all(|term| kind.terms().contains(term) == wanted(*term));
-        Self::ALL.into_iter().find(has)
-    }
-
     pub(super) const fn key_of(self, term: DampingTerm) -> &'static str {
         if self.terms().len() == 1 { "damping.coefficient" } else { term.description().key }
     }

@@ -26,7 +26,7 @@ pub(super) struct Variation {
 /// Keys that belong to how a scene is computed, by how they begin.
 const COMPUTED: [&str; 2] = ["model.", "contact.law"];
 /// And what only meshed bodies have.
-const OF_MESHES: [&str; 4] = ["loss.beads", "loss.support", "support.normal", "chain.mesh"];
+const OF_MESHES: [&str; 2] = ["loss.beads", "loss.support"];
 
 impl Variation {
     /// Its keys, `KEY=VALUE` as for `--set`.
@@ -41,12 +41,12 @@ impl Variation {
         sets.extend(law.map(|law| format!("contact.law={law}")));
         sets.extend(self.density.map(|density| format!("model.mesh_density={density}")));
         match self.step {
-            Step::Tolerance(tolerance) => sets.push(format!("model.tolerance={tolerance:e}")),
-            Step::Time(step) => {
+            Step::Tolerance(_) => sets.push(format!("model.tolerance={}", self.step_said())),
+            Step::Time(_) => {
                 if kind == "chain" {
                     sets.push("model.integrator=symplectic".into());
                 }
-                sets.push(format!("model.step={} ns", 1e-3 * (1e12 * step).round()));
+                sets.push(format!("model.step={}", self.step_said()));
             }
         }
         sets
