@@ -100,6 +100,7 @@ impl Fit {
 }
 
 #[test]
+#[ignore = "six minutes, run by .ci/full"]
 fn the_measured_column_ranks_its_foams_and_rejects_the_makers_modulus() {
     let Some(column) = Column::at_hand() else { return };
     println!(

@@ -330,46 +330,6 @@ mod tests {
         }
     }
 
-    type Forgery = (&'static str, fn(&mut Reduction));
-
-    #[test]
-    fn a_forged_file_with_the_right_digest_is_made_again() {
-        let place = tempfile::tempdir().unwrap();
-        let cache = Cache::new(place.path());
-        for support in ["annulus", "rigid"] {
-            let scene = scene(&[&format!("support.kind={support}")]);
-            let (made, _) = cache.reduction(&scene).unwrap();
-            let forgeries: [Forgery; 18] = [
-                ("beads", |it| _ = it.beads.pop()),
-                ("bead", |it| it.beads[1] = 99),
-                ("support", |it| it.support = it.support.map_or(Some(0), |_| None)),
-                ("contacts", |it| _ = it.contacts.pop()),
-                ("contact", |it| it.contacts[0] = 99),
-                ("mass", |it| it.kinds[0].mass = -1.0),
-                ("squares", |it| it.kinds[0].squares[0] = f64::NAN),
-                ("modes", |it| _ = it.kinds[0].squares.pop()),
-                ("face's kind", |it| it.faces[0].kind = 99),
-                ("axial", |it| _ = it.faces[0].axial.pop()),
-                ("shapes", |it| _ = it.faces[0].shapes.pop()),
-                ("compliance", |it| it.faces[0].compliance[0] = f64::INFINITY),
-                ("member's front", |it| it.members[0].front = 99),
-                ("member's back", |it| it.members[0].back = None),
-                ("crossing", |it| _ = it.members[0].crossing.pop()),
-                ("watched", |it| it.members[0].watched.clear()),
-                ("answer", |it| _ = it.members[0].watched[0].front.pop()),
-                ("gaps", |it| it.geometries[0].gaps.clear()),
-            ];
-            for (what, forge) in forgeries {
-                let mut forged = made.clone();
-                forge(&mut forged);
-                let key = key(&scene).unwrap();
-                cache.keep(&place.path().join(format!("reduction-{key}.json")), HEADER, &key, &forged).unwrap();
-                let (again, origin) = cache.reduction(&scene).unwrap();
-                assert_eq!((&again, origin), (&made, Origin::Made { not_kept: None }), "{support}: {what}");
-            }
-        }
-    }
-
     #[test]
     fn what_was_used_longest_ago_goes_when_the_folder_is_full() {
         let place = tempfile::tempdir().unwrap();
