@@ -27,7 +27,7 @@ use super::{
     posterior::Posterior,
     search::Search,
     statement::p_value,
-    waveform::{self, CLOCK, Clock, Compared, QUANTILE, Start, WaveformFit},
+    waveform::{self, CLOCK, CLOCK_SHARE, Clock, Compared, MOST_CLOCK, QUANTILE, Start, WaveformFit},
 };
 use granchain_model::{
     self as model,
@@ -36,7 +36,7 @@ use granchain_model::{
 };
 use granchain_signal::{
     Series,
-    number::engineering,
+    number::{engineering, significant},
     spline::{Ends, Spline},
 };
 
@@ -57,13 +57,18 @@ const EQUIVALENT: usize = 6;
 /// Share of the best cause's p above which another cause is equivalent.
 const AS_WELL: f64 = 0.3;
 
-/// Runs of a search for one cause by features; half as many again with a third parameter.
+/// Runs of a search for one cause by features, and where its waveform is compared after that; half as many again with a third parameter.
 const RUNS: usize = 200;
+const RUNS_BEFORE: usize = 130;
 
-/// Share of what is left of a waveform that another clock has to explain, in standard deviations too, and the clocks that are named.
-const CLOCK_SHARE: f64 = 0.3;
-const CLOCK_SEEN: f64 = 4.0;
-const CLOCKS: (f64, f64) = (2e-4, 0.02);
+/// Causes, the best by their features, whose waveform is compared however badly these fit.
+const AT_LEAST: usize = 4;
+
+/// Share of the misfit that the nearest cause leaves at most, where none explains the record.
+const NEAREST: f64 = 0.1;
+
+/// Least difference of two clocks that is looked for, and the same in standard deviations.
+const LEAST_CLOCK: (f64, f64) = (2e-4, 4.0);
 
 /// Standard deviation of a clock that was corrected already.
 const CLOCK_LEFT: f64 = 10.0 * CLOCK;
@@ -208,11 +213,12 @@ impl Case<'_> {
         listener(&format!("{} others, by features", suspects.len()));
         let looked: Vec<Looked> =
             two_at_a_time(suspects, |suspect| self.looked(suspect)).into_iter().flatten().collect();
-        runs += looked.iter().map(|looked| features_runs(&looked.forward)).sum::<usize>();
-        let mut worth: Vec<Looked> = looked.into_iter().filter(|looked| self.worth(looked.standing.p)).collect();
+        runs += looked.iter().map(|looked| self.features_runs(&looked.forward)).sum::<usize>();
+        let mut worth = looked;
+        worth.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
+        let count = worth.iter().filter(|looked| self.worth(looked.standing.p)).count();
         if self.sees_waveform() {
-            worth.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
-            worth.truncate(SHORT);
+            worth.truncate(count.clamp(AT_LEAST, SHORT));
             listener(&format!("{} of them, by short runs", worth.len()));
             runs += worth.len() * waveform::QUICK_RUNS;
             let mut raced: Vec<Raced> =
@@ -220,9 +226,8 @@ impl Case<'_> {
             raced.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
             runs = self.fitted(raced, runs, listener, &mut findings);
         } else {
-            worth
-                .iter()
-                .for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
+            let named = worth.iter().take(count);
+            named.for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
         }
         let explained = self.fit.agreement.p >= DOUBTFUL
             || findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
@@ -252,6 +257,8 @@ impl Case<'_> {
     /// Fits the waveforms of causes, the nearest first, as far as the budget goes; the runs made so far.
     fn fitted(&self, raced: Vec<Raced>, mut runs: usize, listener: Listener, findings: &mut Vec<Finding>) -> usize {
         let mut best: Option<(f64, f64)> = None;
+        let own = self.fit.waveform.as_ref().filter(|own| own.decides());
+        let mut nearest: Option<(f64, Finding)> = None;
         let mut rest = raced.into_iter().peekable();
         while let Some(next) = rest.peek() {
             let cannot = best.is_some_and(|(p, misfit)| p >= EXPLAINED.0 && next.misfit > EXPLAINED.1 * misfit);
@@ -274,14 +281,26 @@ impl Case<'_> {
                 runs += found.runs as usize;
                 let p = found.with_amplitudes(looked.standing.p);
                 best = best.filter(|(best, _)| *best >= p).or(Some((p, misfit)));
+                let at = looked.forward.parameters.iter().zip(&found.at);
+                let at: Vec<f64> = at.map(|(parameter, u)| parameter.value(*u)).collect();
+                let values = if found.decides() { &at } else { &looked.standing.values };
                 if self.worth(p) {
-                    // Nor what leaves more of a short window than runs do.
-                    let at = looked.forward.parameters.iter().zip(&found.at);
-                    let at: Vec<f64> = at.map(|(parameter, u)| parameter.value(*u)).collect();
-                    let values = if found.decides() { &at } else { &looked.standing.values };
                     add(findings, self.finding(&looked.suspect, p, values));
+                } else if let Some(own) = own.filter(|own| found.decides() && found.cycles >= own.cycles - 1.0)
+                    && found.reduced < nearest.as_ref().map_or(NEAREST * own.reduced, |(least, _)| *least)
+                {
+                    let text = format!(
+                        "nearest, though not all of it: {}. It leaves {} times the noise's mean square, instead of {} times",
+                        (looked.suspect.describe)(values),
+                        significant(found.reduced, 3),
+                        significant(own.reduced, 3)
+                    );
+                    nearest = Some((found.reduced, Finding::new(looked.suspect.cause, None, text)));
                 }
             }
+        }
+        if findings.is_empty() {
+            findings.extend(nearest.map(|(_, finding)| finding));
         }
         runs
     }
@@ -326,9 +345,8 @@ impl Case<'_> {
     fn clock(&self) -> Option<(Option<Finding>, usize)> {
         let fit = self.fit.waveform.as_ref().filter(|_| self.sees_waveform())?;
         let seen = fit.residuals.first()?.clock;
-        let is_one = seen.share > CLOCK_SHARE
-            && (CLOCKS.0..CLOCKS.1).contains(&seen.late.abs())
-            && seen.late.abs() > CLOCK_SEEN * seen.deviation;
+        let least = f64::max(LEAST_CLOCK.0, LEAST_CLOCK.1 * seen.deviation);
+        let is_one = seen.share > CLOCK_SHARE && (least..MOST_CLOCK).contains(&seen.late.abs());
         let other = fit.other_clock(0).is_some();
         if !is_one && !other {
             return None;
@@ -363,8 +381,9 @@ impl Case<'_> {
         let comparison = Comparison { averages: SHOTS, ..self.comparison.clone() };
         let forward =
             self.parameters(self.scene).and_then(|parameters| self.forward(self.scene, parameters, comparison, None));
-        let found = forward.and_then(|forward| self.by_features(&forward)).filter(|found| self.worth(found.p));
-        (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * 3 * RUNS / 2)
+        let Some(forward) = forward else { return (None, 0) };
+        let found = self.by_features(&forward).filter(|found| self.worth(found.p));
+        (found.map(|found| self.finding(&suspect, found.p, &[])), SHOTS * self.features_runs(&forward))
     }
 
     /// Whether a waveform was compared, and what the model that answers changes of the chain is known.
@@ -448,7 +467,13 @@ impl Case<'_> {
 
     /// Answer of the features by a search of its own.
     fn by_features(&self, forward: &Forward) -> Option<Standing> {
-        standing(forward, Search::new(forward, features_runs(forward), self.seed)).ok()
+        standing(forward, Search::new(forward, self.features_runs(forward), self.seed)).ok()
+    }
+
+    /// Runs of a search by features.
+    fn features_runs(&self, forward: &Forward) -> usize {
+        let runs = if self.sees_waveform() { RUNS_BEFORE } else { RUNS };
+        if forward.parameters.len() > 2 { 3 * runs / 2 } else { runs }
     }
 
     /// Whether p is high enough for the cause to be named.
@@ -507,11 +532,6 @@ fn add(findings: &mut Vec<Finding>, finding: Finding) {
         Some(_) => {}
         None => findings.push(finding),
     }
-}
-
-/// Runs of a search by features.
-fn features_runs(forward: &Forward) -> usize {
-    if forward.parameters.len() > 2 { 3 * RUNS / 2 } else { RUNS }
 }
 
 /// A record whose clock takes 1 + `late` for a second, as a right one would show it; its beginning stays.

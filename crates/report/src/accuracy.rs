@@ -158,13 +158,13 @@ impl AccuracyReport {
         self.accuracy.left_out.iter().map(|[name, reason]| format!("not run: {name}: {reason}")).collect()
     }
 
-    /// Error against seconds: a line a method, points named, the default marked.
+    /// Error against seconds: a line a method and mesh, the default marked.
     #[must_use]
     pub fn figure(&self) -> Figure {
         let Accuracy { rows, reference_error, scene, .. } = &self.accuracy;
         let place = |row: &Row| (row.seconds(), row.total.max(*reference_error));
         let mut panel = Panel::new(
-            Axis::new("Time with the bodies made", "s").logarithmic(),
+            Axis::new("Time of bodies and one run", "s").logarithmic(),
             Axis::new("Error", "%").times(100.0).logarithmic(),
         )
         .height(80.0);
@@ -175,16 +175,22 @@ impl AccuracyReport {
             (Colour::Blue, Marker::Disc, Dash::Dashed),
         ];
         for (method, (colour, marker, dash)) in Method::ALL.into_iter().zip(looks) {
-            let mut points: Vec<(f64, f64)> = rows.iter().filter(|row| row.method == method).map(place).collect();
-            points.retain(|(_, error)| *error > 0.0);
-            if points.is_empty() {
-                continue;
+            let of_method: Vec<&Row> = rows.iter().filter(|row| row.method == method && place(row).1 > 0.0).collect();
+            let mut label = method.name();
+            for of_mesh in of_method.chunk_by(|a, b| a.mesh == b.mesh) {
+                let points: Vec<(f64, f64)> = of_mesh.iter().map(|row| place(row)).collect();
+                panel = panel.line(String::new(), points.clone(), Stroke::new(colour).dash(dash));
+                panel = panel.points(std::mem::take(&mut label), points, colour, marker);
             }
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            panel = panel.line(String::new(), points.clone(), Stroke::new(colour).dash(dash));
-            panel = panel.points(method.name(), points, colour, marker);
         }
-        let named = rows.iter().filter(|row| place(row).1 > 0.0).map(|row| {
+        let front = self.accuracy.front();
+        // The first of a mesh, and what is on the front: all would overlap.
+        let is_named = |at: usize| {
+            let row = &rows[at];
+            let is_first = at == 0 || (rows[at - 1].method, rows[at - 1].mesh) != (row.method, row.mesh);
+            place(row).1 > 0.0 && (is_first || front.contains(&at))
+        };
+        let named = rows.iter().enumerate().filter(|(at, _)| is_named(*at)).map(|(_, row)| {
             let mesh = row.mesh.map_or(String::new(), |density| format!("{density}, "));
             (place(row).0, place(row).1, format!("{mesh}{}", row.step))
         });

@@ -2,9 +2,9 @@
 
 use super::{Case, Cause};
 use crate::{comparison::Comparison, forward::Uncertainty, parameter::Parameter};
+use granchain_model::chain::ensemble::Ensemble;
 use granchain_model::scene::{
-    Bead, DEFAULT_SLIP_VELOCITY, DampingCoefficients, DampingKind, DriveKind, FlatContact, Holder, Material, Scene,
-    Support,
+    Bead, DampingCoefficients, DampingKind, DriveKind, FlatContact, Holder, Material, Scene, Support,
 };
 use granchain_signal::{Series, number::engineering};
 
@@ -14,8 +14,10 @@ const DECADES: [f64; 4] = [10.0, 0.1, 1e3, 1e-3];
 /// Relative change of the bead radius that is tried, both ways.
 const RADIUS: f64 = 0.1;
 
-/// Friction of a bead guide that is looked for, over the weight of a bead.
-const FRICTION: (f64, f64) = (0.5, 1000.0);
+/// Friction of a bead guide that is looked for, over the weight of a bead, and the slip velocity, m/s: small against a bead's, and large enough for the
+/// largest friction at the fixed step of runs side by side.
+const FRICTION: (f64, f64) = (0.5, 500.0);
+const SLIP_VELOCITY: f64 = 2e-4;
 const GRAVITY: f64 = 9.81;
 
 /// Scale of the gaps of rough contacts over the fit's.
@@ -253,7 +255,8 @@ impl Case<'_> {
         if holder.has_friction() || holder.clearance > 0.0 {
             return None;
         }
-        holder.slip_velocity = DEFAULT_SLIP_VELOCITY;
+        let step = 1.0 / (scene.drive.frequency * f64::from(Ensemble::STEPS_PER_PERIOD));
+        holder.slip_velocity = SLIP_VELOCITY.max(0.5 * FRICTION.1 * GRAVITY * step);
         let weight = GRAVITY * scene.chain.beads.first().map_or(0.0, Bead::mass);
         let fitted = Parameter::named("friction", &scene).ok()?.pop()?;
         let describe = |values: &[f64]| {

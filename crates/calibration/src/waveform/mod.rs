@@ -57,8 +57,12 @@ use granchain_signal::{
     feature::{Measurand, fingerprint::SAMPLES_PER_CYCLE},
 };
 
-/// Difference of two clocks, and the same in standard deviations, from which it is no longer usual.
+/// Difference of two clocks, and the same in standard deviations, from which it is no longer usual; the largest that is a clock's.
 const OTHER_CLOCK: (f64, f64) = (5.0 * CLOCK, 4.0);
+pub(crate) const MOST_CLOCK: f64 = 0.02;
+
+/// Share of what is left of a waveform that another clock has to explain where the model does not fit.
+pub(crate) const CLOCK_SHARE: f64 = 0.3;
 
 /// Result of the waveform comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -170,7 +174,10 @@ impl WaveformFit {
     /// What another clock of a record explains, where it is certain, and more than clocks differ by.
     pub(crate) fn other_clock(&self, number: usize) -> Option<Clock> {
         let seen = self.residuals.get(number)?.clock;
-        (self.decides() && seen.late.abs() > f64::max(OTHER_CLOCK.0, OTHER_CLOCK.1 * seen.deviation)).then_some(seen)
+        let usual = f64::max(OTHER_CLOCK.0, OTHER_CLOCK.1 * seen.deviation);
+        // In what a wrong model leaves, a small part that looks like a clock is none.
+        let is_seen = self.p >= FITS || seen.share > CLOCK_SHARE;
+        (self.decides() && is_seen && (usual..MOST_CLOCK).contains(&seen.late.abs())).then_some(seen)
     }
 
     /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has
