@@ -347,7 +347,7 @@ impl Case<'_> {
         let seen = fit.residuals.first()?.clock;
         let least = f64::max(LEAST_CLOCK.0, LEAST_CLOCK.1 * seen.deviation);
         let is_one = seen.share > CLOCK_SHARE && (least..MOST_CLOCK).contains(&seen.late.abs());
-        let other = fit.other_clock(0).is_some();
+        let other = fit.clock_seen(0).is_some();
         if !is_one && !other {
             return None;
         }

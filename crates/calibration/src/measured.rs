@@ -141,7 +141,9 @@ fn refuse_other_drive(record: &Record, (drive, frequency): (Option<&RecordedDriv
     let Some(found) = record.strongest_line() else { return Ok(()) };
     let ratio = found / frequency;
     let off = |q: u32| (ratio - (ratio * f64::from(q)).round() / f64::from(q)).abs();
-    if (1..=DENOMINATOR).any(|q| off(q) < OFF_FRACTION) {
+    // Half of what a short record resolves.
+    let nearest = OFF_FRACTION.max(0.5 / (window.duration() * frequency));
+    if (1..=DENOMINATOR).any(|q| off(q) < nearest) {
         return Ok(());
     }
     let amplitude = |f: f64| line_amplitude(&record.series, window, f);

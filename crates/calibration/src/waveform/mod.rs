@@ -171,13 +171,16 @@ impl WaveformFit {
             .then_some(found)
     }
 
-    /// What another clock of a record explains, where it is certain, and more than clocks differ by.
-    pub(crate) fn other_clock(&self, number: usize) -> Option<Clock> {
+    /// Another clock of a record, where it is certain, and differs by more than clocks do.
+    pub(crate) fn clock_seen(&self, number: usize) -> Option<Clock> {
         let seen = self.residuals.get(number)?.clock;
         let usual = f64::max(OTHER_CLOCK.0, OTHER_CLOCK.1 * seen.deviation);
-        // In what a wrong model leaves, a small part that looks like a clock is none.
-        let is_seen = self.p >= FITS || seen.share > CLOCK_SHARE;
-        (self.decides() && is_seen && (usual..MOST_CLOCK).contains(&seen.late.abs())).then_some(seen)
+        (self.decides() && (usual..MOST_CLOCK).contains(&seen.late.abs())).then_some(seen)
+    }
+
+    /// The same, unless it is a small part of what a wrong model leaves.
+    pub(crate) fn other_clock(&self, number: usize) -> Option<Clock> {
+        self.clock_seen(number).filter(|seen| self.p >= FITS || seen.share > CLOCK_SHARE)
     }
 
     /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has
