@@ -54,6 +54,9 @@ fn the_command_states_cost_error_and_shift_of_any_scene_and_what_it_left_out() {
     let bench = place.path().join("bench.toml");
     std::fs::write(&bench, "extends = \"rigid\"\n[chain]\nbeads = 2\n[damping]\nkind = \"linear\"\n").unwrap();
     let (bench, out) = (bench.to_str().unwrap(), place.path().join("page"));
+    // Of its own: what an earlier run of this test measured is not found.
+    let cache = place.path().join("cache");
+    let granchain = |arguments: &[&str]| granchain(&[arguments, &["--cache", cache.to_str().unwrap()]].concat());
     let run = granchain(&["accuracy", bench, "--out", out.to_str().unwrap()]);
     let text = String::from_utf8(run.stdout.clone()).unwrap();
     assert!(run.status.success() && said(&run).contains("measuring takes about"), "{}", said(&run));
