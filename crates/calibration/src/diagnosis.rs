@@ -27,7 +27,7 @@ use super::{
     posterior::Posterior,
     search::Search,
     statement::p_value,
-    waveform::{self, CLOCK, CLOCK_SHARE, Clock, Compared, MOST_CLOCK, QUANTILE, Start, WaveformFit},
+    waveform::{self, CLOCK, Clock, Compared, QUANTILE, Start, WaveformFit},
 };
 use granchain_model::{
     self as model,
@@ -67,8 +67,8 @@ const AT_LEAST: usize = 4;
 /// Share of the misfit that the nearest cause leaves at most, where none explains the record.
 const NEAREST: f64 = 0.1;
 
-/// Least difference of two clocks that is looked for, and the same in standard deviations.
-const LEAST_CLOCK: (f64, f64) = (2e-4, 4.0);
+/// Least difference of two clocks that is looked for.
+const LEAST_CLOCK: f64 = 2e-4;
 
 /// Standard deviation of a clock that was corrected already.
 const CLOCK_LEFT: f64 = 10.0 * CLOCK;
@@ -211,22 +211,21 @@ impl Case<'_> {
             suspects.extend(self.suspects());
         }
         listener(&format!("{} others, by features", suspects.len()));
-        let looked: Vec<Looked> =
+        let mut looked: Vec<Looked> =
             two_at_a_time(suspects, |suspect| self.looked(suspect)).into_iter().flatten().collect();
         runs += looked.iter().map(|looked| self.features_runs(&looked.forward)).sum::<usize>();
-        let mut worth = looked;
-        worth.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
-        let count = worth.iter().filter(|looked| self.worth(looked.standing.p)).count();
+        looked.sort_by(|a, b| b.standing.p.total_cmp(&a.standing.p));
+        let count = looked.iter().filter(|looked| self.worth(looked.standing.p)).count();
         if self.sees_waveform() {
-            worth.truncate(count.clamp(AT_LEAST, SHORT));
-            listener(&format!("{} of them, by short runs", worth.len()));
-            runs += worth.len() * waveform::QUICK_RUNS;
+            looked.truncate(count.clamp(AT_LEAST, SHORT));
+            listener(&format!("{} of them, by short runs", looked.len()));
+            runs += looked.len() * waveform::QUICK_RUNS;
             let mut raced: Vec<Raced> =
-                two_at_a_time(worth, |looked| self.raced(looked)).into_iter().flatten().collect();
+                two_at_a_time(looked, |looked| self.raced(looked)).into_iter().flatten().collect();
             raced.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
             runs = self.fitted(raced, runs, listener, &mut findings);
         } else {
-            let named = worth.iter().take(count);
+            let named = looked.iter().take(count);
             named.for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
         }
         let explained = self.fit.agreement.p >= DOUBTFUL
@@ -345,8 +344,7 @@ impl Case<'_> {
     fn clock(&self) -> Option<(Option<Finding>, usize)> {
         let fit = self.fit.waveform.as_ref().filter(|_| self.sees_waveform())?;
         let seen = fit.residuals.first()?.clock;
-        let least = f64::max(LEAST_CLOCK.0, LEAST_CLOCK.1 * seen.deviation);
-        let is_one = seen.share > CLOCK_SHARE && (least..MOST_CLOCK).contains(&seen.late.abs());
+        let is_one = seen.explains_much() && seen.differs_by(LEAST_CLOCK);
         let other = fit.clock_seen(0).is_some();
         if !is_one && !other {
             return None;

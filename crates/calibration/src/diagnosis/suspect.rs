@@ -1,8 +1,7 @@
 //! The causes that are assumed, each with its scene, a further parameter, or another comparison.
 
 use super::{Case, Cause};
-use crate::{comparison::Comparison, forward::Uncertainty, parameter::Parameter};
-use granchain_model::chain::ensemble::Ensemble;
+use crate::{comparison::Comparison, engine::STEPS_PER_CYCLE, forward::Uncertainty, parameter::Parameter};
 use granchain_model::scene::{
     Bead, DampingCoefficients, DampingKind, DriveKind, FlatContact, Holder, Material, Scene, Support,
 };
@@ -255,7 +254,7 @@ impl Case<'_> {
         if holder.has_friction() || holder.clearance > 0.0 {
             return None;
         }
-        let step = 1.0 / (scene.drive.frequency * f64::from(Ensemble::STEPS_PER_PERIOD));
+        let step = 1.0 / (scene.drive.frequency * STEPS_PER_CYCLE as f64);
         holder.slip_velocity = SLIP_VELOCITY.max(0.5 * FRICTION.1 * GRAVITY * step);
         let weight = GRAVITY * scene.chain.beads.first().map_or(0.0, Bead::mass);
         let fitted = Parameter::named("friction", &scene).ok()?.pop()?;

@@ -57,12 +57,8 @@ use granchain_signal::{
     feature::{Measurand, fingerprint::SAMPLES_PER_CYCLE},
 };
 
-/// Difference of two clocks, and the same in standard deviations, from which it is no longer usual; the largest that is a clock's.
-const OTHER_CLOCK: (f64, f64) = (5.0 * CLOCK, 4.0);
-pub(crate) const MOST_CLOCK: f64 = 0.02;
-
-/// Share of what is left of a waveform that another clock has to explain where the model does not fit.
-pub(crate) const CLOCK_SHARE: f64 = 0.3;
+/// Difference of two clocks from which it is no longer usual.
+const OTHER_CLOCK: f64 = 5.0 * CLOCK;
 
 /// Result of the waveform comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -174,13 +170,12 @@ impl WaveformFit {
     /// Another clock of a record, where it is certain, and differs by more than clocks do.
     pub(crate) fn clock_seen(&self, number: usize) -> Option<Clock> {
         let seen = self.residuals.get(number)?.clock;
-        let usual = f64::max(OTHER_CLOCK.0, OTHER_CLOCK.1 * seen.deviation);
-        (self.decides() && (usual..MOST_CLOCK).contains(&seen.late.abs())).then_some(seen)
+        (self.decides() && seen.differs_by(OTHER_CLOCK)).then_some(seen)
     }
 
     /// The same, unless it is a small part of what a wrong model leaves.
     pub(crate) fn other_clock(&self, number: usize) -> Option<Clock> {
-        self.clock_seen(number).filter(|seen| self.p >= FITS || seen.share > CLOCK_SHARE)
+        self.clock_seen(number).filter(|seen| self.p >= FITS || seen.explains_much())
     }
 
     /// p of the verdict: twice the smaller of waveform and amplitudes, or the waveform's own if the record has

@@ -34,7 +34,21 @@ pub struct Clock {
     pub share: f64,
 }
 
+/// Standard deviations from which a difference of clocks is certain, the largest that is a clock's, and the share of T² above which it explains much.
+const CERTAIN: f64 = 4.0;
+const MOST: f64 = 0.02;
+const MUCH: f64 = 0.3;
+
 impl Clock {
+    /// Whether it is certain, at least `least` and not too much for a clock.
+    pub(crate) fn differs_by(self, least: f64) -> bool {
+        (least.max(CERTAIN * self.deviation)..MOST).contains(&self.late.abs())
+    }
+
+    pub(crate) fn explains_much(self) -> bool {
+        self.share > MUCH
+    }
+
     /// Which way the record's clock differs.
     pub(crate) fn direction(self) -> &'static str {
         if self.late > 0.0 { "slow" } else { "fast" }

@@ -484,8 +484,8 @@ mod tests {
         let (prepared, _) = bodies(&study.scene, None).unwrap();
         let sensitivity = study.sensitivity(&prepared, &study.scene).unwrap();
         let record = trace(1.0, 1.0);
-        // Slopes are exact for small changes only.
-        for (of_alpha, of_damping, within) in [(1.0005_f64, 1.002_f64, 0.03), (1.005, 1.02, 0.2)] {
+        // Slopes are exact for small changes only: 2 % of damping bend the trace so far that α is off by a seventh of 0.5 %.
+        for (of_alpha, of_damping, within) in [(1.0005_f64, 1.002_f64, 0.03), (1.005, 1.01, 0.1)] {
             let model = trace(of_alpha, of_damping);
             let difference: Vec<f64> = record.iter().zip(&model).map(|(record, model)| record - model).collect();
             let [alpha, damping] = sensitivity.shift(&difference).map(Option::unwrap);
