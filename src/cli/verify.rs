@@ -36,6 +36,7 @@ use crate::{
         sha256,
     },
     model::vector_unit,
+    report::page::without_times,
 };
 
 /// Differences that are printed; `--json` has all.
@@ -98,7 +99,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
             Some(expected) => comparison.documents(name, expected, found),
             None => {}
         }
-        let (written, found) = (manifest.files.get(name), sha256(found));
+        let (written, found) = (manifest.files.get(name), sha256(&without_times(found)));
         if let Some(written) = written.filter(|written| **written != found) {
             comparison.differ(format!("{name}: SHA-256"), written, found);
         }

@@ -228,8 +228,7 @@ impl Case<'_> {
             let named = looked.iter().take(count);
             named.for_each(|it| add(&mut findings, self.finding(&it.suspect, it.standing.p, &it.standing.values)));
         }
-        let explained = self.fit.agreement.p >= DOUBTFUL
-            || findings.iter().any(|finding: &Finding| finding.p_value.is_some_and(|p| p >= DOUBTFUL));
+        let explained = self.fit.agreement.p >= DOUBTFUL || findings.iter().any(explains);
         if !explained && runs + SHOTS * 3 * RUNS / 2 <= BUDGET && (self.watch)(0) {
             listener("a mean of several shots");
             let (finding, made) = self.averaged();
@@ -255,7 +254,9 @@ impl Case<'_> {
 
     /// Fits the waveforms of causes, the nearest first, as far as the budget goes; the runs made so far.
     fn fitted(&self, raced: Vec<Raced>, mut runs: usize, listener: Listener, findings: &mut Vec<Finding>) -> usize {
-        let mut best: Option<(f64, f64)> = None;
+        // A clock that is seen and explains all needs no model that makes up for it.
+        let mut best = findings.iter().find_map(|finding| Some((finding.p_value.filter(|p| *p >= EXPLAINED.0)?, 0.0)));
+        let mut rough = None;
         let own = self.fit.waveform.as_ref().filter(|own| own.decides());
         let mut nearest: Option<(f64, Finding)> = None;
         let mut rest = raced.into_iter().peekable();
@@ -279,11 +280,15 @@ impl Case<'_> {
                 };
                 runs += found.runs as usize;
                 let p = found.with_amplitudes(looked.standing.p);
-                best = best.filter(|(best, _)| *best >= p).or(Some((p, misfit)));
+                if looked.suspect.gaps.is_none() {
+                    best = best.filter(|(best, _)| *best >= p).or(Some((p, misfit)));
+                }
                 let at = looked.forward.parameters.iter().zip(&found.at);
                 let at: Vec<f64> = at.map(|(parameter, u)| parameter.value(*u)).collect();
                 let values = if found.decides() { &at } else { &looked.standing.values };
-                if self.worth(p) {
+                if self.worth(p) && looked.suspect.gaps.is_some() {
+                    rough = Some(self.finding(&looked.suspect, p, values));
+                } else if self.worth(p) {
                     add(findings, self.finding(&looked.suspect, p, values));
                 } else if let Some(own) = own.filter(|own| found.decides() && found.cycles >= own.cycles - 1.0)
                     && found.reduced < nearest.as_ref().map_or(NEAREST * own.reduced, |(least, _)| *least)
@@ -297,6 +302,10 @@ impl Case<'_> {
                     nearest = Some((found.reduced, Finding::new(looked.suspect.cause, None, text)));
                 }
             }
+        }
+        // Wide gaps make room for other faults too: they are named where nothing else explains the record.
+        if !findings.iter().any(explains) {
+            rough.into_iter().for_each(|finding| add(findings, finding));
         }
         if findings.is_empty() {
             findings.extend(nearest.map(|(_, finding)| finding));
@@ -521,6 +530,11 @@ impl Cause {
             Self::Record => "the record",
         }
     }
+}
+
+/// Whether the record is explained by a cause.
+fn explains(finding: &Finding) -> bool {
+    finding.p_value.is_some_and(|p| p >= DOUBTFUL)
 }
 
 /// Adds a finding, or takes it in place of a worse one of the same cause.

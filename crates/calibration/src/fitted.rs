@@ -53,6 +53,8 @@ pub struct FittedCandidate {
     pub forward: Forward,
     /// The top fidelity level, if it is above the chain.
     pub upper: Option<FidelityLevel>,
+    /// Time of the search on the chain, and of each fidelity level above it, lowest first.
+    pub took: Vec<Duration>,
 }
 
 pub struct Fitted {
@@ -133,13 +135,14 @@ impl Problem {
             let levels = fit_levels(self, candidate, bodies, saved.next().unwrap_or_default(), &watch)?;
             let FittedLevels { made: runs, fit, searching: took, correcting: fidelities, warnings: further } = levels;
             searching += took;
-            correcting.iter_mut().zip(fidelities).for_each(|(all, took)| *all += took);
+            correcting.iter_mut().zip(&fidelities).for_each(|(all, took)| *all += *took);
+            let took: Vec<Duration> = std::iter::once(took).chain(fidelities).collect();
             warnings.extend(further);
             match fit {
                 Ok(fit) => {
                     let fit = fit.with_wider_intervals(self.widen);
                     let (forward, upper) = (runs.joint.first().clone(), runs.fidelities.last().cloned());
-                    candidates.push(FittedCandidate { candidate: candidate.clone(), fit, forward, upper });
+                    candidates.push(FittedCandidate { candidate: candidate.clone(), fit, forward, upper, took });
                 }
                 Err(error @ FitError::TooFewRuns { .. }) if candidate.mount.is_some() && self.candidates.len() > 1 => {
                     excluded.push((candidate.clone(), error.to_string()));

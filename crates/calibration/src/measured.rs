@@ -205,6 +205,26 @@ mod tests {
     use super::*;
     use granchain_model::scene::load;
 
+    /// A line at 0.29 of the drive: another drive's in a long record, that at 1/3 in one of eight periods, which cannot tell them apart.
+    #[test]
+    fn a_line_is_anothers_only_where_the_record_is_long_enough_to_tell() {
+        let frequency = 73e3;
+        let refused = |cycles: usize| {
+            let mut text = String::from("time_s,velocity_m_per_s\n");
+            for sample in 0..40 * cycles {
+                let t = sample as f64 / (40.0 * frequency);
+                let line = |ratio: f64| (std::f64::consts::TAU * ratio * frequency * t).sin();
+                writeln!(text, "{t:.10},{:.9}", 0.1 * line(0.29) + 1e-3 * line(1.0)).unwrap();
+            }
+            let path = Path::new("vib.csv");
+            let options = ReadOptions { drive_frequency: Some(frequency), ..ReadOptions::default() };
+            let record =
+                granchain_record::read_record_bytes(path, text.as_bytes(), Some(RecordKind::Vibrometer), &options);
+            refuse_other_drive(&record.unwrap(), (None, frequency)).is_err()
+        };
+        assert!(refused(60) && !refused(8));
+    }
+
     #[test]
     fn a_record_sampled_far_above_all_that_is_compared_is_averaged_down_and_has_the_same_features() {
         let scene = load("annulus", &["model.kind=chain".to_owned()]).unwrap();

@@ -10,7 +10,7 @@ use crate::{
     cli::without,
     measurement::{sha256, shell_line},
     model::vector_unit,
-    report::page::Files,
+    report::page::{Files, without_times},
 };
 
 pub const FILE: &str = "manifest.json";
@@ -28,14 +28,14 @@ pub struct Manifest {
     pub arguments: Vec<String>,
     /// Every file read, by role: `plan`, `bench`, `scene`, `mesh-1`, `measured`, `drive`; of further records `measured-2` and so on.
     pub inputs: BTreeMap<String, InputDigest>,
-    /// SHA-256 of every file written, but for this one and `timing.json`.
+    /// SHA-256 of every file written, but for this one and `timing.json`; of pages without their times.
     pub files: BTreeMap<String, String>,
 }
 
 impl Manifest {
     /// The manifest of what a program made of its arguments and inputs.
     pub fn new(program: &str, arguments: &[String], inputs: BTreeMap<String, InputDigest>, files: &Files) -> Self {
-        let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(bytes)));
+        let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(&without_times(bytes))));
         Self {
             program: program.to_owned(),
             processor: vector_unit(),

@@ -1,6 +1,6 @@
 //! From a finished fit to the report, the dry run's figure and the text on the terminal.
 
-use std::{fmt::Write, path::Path};
+use std::{fmt::Write, path::Path, time::Duration};
 
 use super::{Job, bench, manifest};
 use crate::{
@@ -52,7 +52,14 @@ pub fn report(job: &Job, fitted: &Fitted, predicted: &Predictions, outcome: &Cal
     CalibrationReport {
         outcome: outcome.clone(),
         records: records.collect(),
-        laws: fitted.ranked().into_iter().map(|law| law_report(&law.fit, problem)).collect(),
+        laws: fitted
+            .ranked()
+            .into_iter()
+            .map(|law| LawReport {
+                took: law.took.iter().map(Duration::as_secs_f64).collect(),
+                ..law_report(&law.fit, problem)
+            })
+            .collect(),
         energy: prediction.map(|prediction| prediction.response.energy),
         ..frame(job, &scene)
     }
@@ -194,6 +201,7 @@ fn law_report(fit: &Fit, problem: &Problem) -> LawReport {
         runs: fit.runs.iter().zip(problem.misfits(fit)).map(run).collect(),
         alone: fit.shares.iter().map(|share| density_map(fit, &share.posterior)).collect(),
         below: fit.below.as_ref().map(|below| Box::new(law_report(&below.fit, problem))),
+        took: Vec::new(),
     }
 }
 

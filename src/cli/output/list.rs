@@ -1,7 +1,8 @@
 //! The list of the files that granchain wrote into a folder, and which of them still are as they were written.
 //!
 //! `.granchain` begins with a line that names its form; every further line is the SHA-256 of a file, two spaces and its name below the
-//! folder. In place of the digest of `timing.json` stands `varies`, so that the list is the same for equal results.
+//! folder. In place of the digest of `timing.json` stands `varies`, and digests of a page leave its times out, so that the list is the same for equal
+//! results.
 //!
 //! A list may come with a folder from anywhere. It never leads to a file: the files that stand in the folder are looked up in it, and one is
 //! ours only while its digest is the one listed.
@@ -23,6 +24,7 @@ use crate::{
         read_back::{SMALL, read_back},
         sha256,
     },
+    report::page::{PAGES, without_times},
 };
 
 /// Name of the list in a finished folder.
@@ -229,7 +231,11 @@ pub fn is_altered(file: &Path) -> Result<bool, OutputError> {
 
 /// What the list says of a file with these bytes.
 pub fn digest(name: &str, bytes: &[u8]) -> String {
-    if name == timing::FILE { VARIES.into() } else { sha256(bytes) }
+    match name {
+        timing::FILE => VARIES.into(),
+        name if PAGES.contains(&name) => sha256(&without_times(bytes)),
+        _ => sha256(bytes),
+    }
 }
 
 /// The same of a file on disk.
@@ -238,11 +244,14 @@ pub fn digest_of_file(name: &str, path: &Path) -> Result<String, OutputError> {
         if name == timing::FILE {
             return Ok(VARIES.into());
         }
-        let (mut file, mut digest, mut part) = (fs::File::open(path)?, Sha256::new(), vec![0; 1 << 16]);
+        if PAGES.contains(&name) {
+            return Ok(digest(name, &fs::read(path)?));
+        }
+        let (mut file, mut hash, mut part) = (fs::File::open(path)?, Sha256::new(), vec![0; 1 << 16]);
         loop {
             match file.read(&mut part)? {
-                0 => return Ok(hexadecimal(&digest.finalize())),
-                length => digest.update(&part[..length]),
+                0 => return Ok(hexadecimal(&hash.finalize())),
+                length => hash.update(&part[..length]),
             }
         }
     };

@@ -10,7 +10,7 @@ use std::{
     process::{Command, Output},
 };
 
-use granchain::{model, scene, signal::Series};
+use granchain::{model, report::page::without_times, scene, signal::Series};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -130,13 +130,13 @@ impl Bench {
         serde_json::from_slice(&fs::read(self.path(folder).join("calibration.json")).unwrap()).unwrap()
     }
 
-    /// Every file of an outcome but the one that holds times.
+    /// Every file of an outcome but the one that holds times, pages without theirs.
     pub fn contents(&self, folder: &str) -> BTreeMap<String, Vec<u8>> {
         let folder = self.path(folder);
         paths(&folder)
             .into_iter()
             .filter(|name| name != "timing.json" && folder.join(name).is_file())
-            .map(|name| (name.clone(), fs::read(folder.join(&name)).unwrap()))
+            .map(|name| (name.clone(), without_times(&fs::read(folder.join(&name)).unwrap()).into_owned()))
             .collect()
     }
 }

@@ -67,6 +67,8 @@ pub(super) fn page(report: &CalibrationReport) -> Page {
     blocks.extend(laws.first().and_then(|law| table::fitted(law, report, 0)).map(Block::Table));
     blocks.extend(table::features(report, 0).map(Block::Table));
     joint::companions(report, &mut blocks);
+    blocks.push(Block::Heading("What accuracy cost".into()));
+    blocks.extend(laws.iter().map(|law| Block::Timed(table::cost(law))));
     fidelities(report, &laws, &mut blocks);
     blocks.push(Block::Heading("Search".into()));
     for law in &laws {
@@ -157,7 +159,6 @@ fn fidelities(report: &CalibrationReport, laws: &[Law<'_>], blocks: &mut Vec<Blo
              re-centred. If the regions differ, the simpler model lacks an effect that is visible in the record.",
             capitalised(&law.name())
         )));
-        blocks.push(Block::Table(table::fidelities(law)));
         blocks.push(Block::Plates(figures::fidelities(law).into_iter().collect()));
         blocks.extend(table::fidelity_features(law, report.lead()).map(Block::Table));
     }

@@ -86,6 +86,9 @@ pub struct LawReport {
     /// The fit on the model below, from which the correction started.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub below: Option<Box<LawReport>>,
+    /// Seconds of each model's part of the fit, the chain's first.
+    #[serde(skip)]
+    pub took: Vec<f64>,
 }
 
 /// Density over two of several parameters.

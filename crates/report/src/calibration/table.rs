@@ -251,22 +251,27 @@ pub(super) fn laws(laws: &[Law<'_>]) -> Table {
 }
 
 /// What every model found by itself.
-pub(super) fn fidelities(law: &Law<'_>) -> Table {
-    let rows = law.fit.fidelities.iter().map(|fidelity| {
+pub(super) fn cost(law: &Law<'_>) -> Table {
+    let rows = law.fit.fidelities.iter().enumerate().map(|(level, fidelity)| {
         let own = estimates(&fidelity.parameters, &law.drawn.parameters, &law.fit.damping_kind);
         let values = own.into_iter().map(|own| match fidelity.verdict {
             Some(_) => with_interval(own.value, own.low.zip(own.high)),
             None => format!("{} (run there)", short(own.value)),
         });
         let runs = format!("{} ({} not usable)", fidelity.runs, fidelity.failed_runs);
+        let seconds = law.drawn.took.get(level).map_or(NOTHING.to_owned(), |seconds| significant(*seconds, 2));
         let verdict = fidelity.verdict.map_or(NOTHING.to_owned(), |verdict| verdict.to_string());
-        [fidelity.model.clone()].into_iter().chain(values).chain([runs, verdict]).collect()
+        [fidelity.model.clone()].into_iter().chain(values).chain([runs, seconds, verdict]).collect()
     });
     let parameters = law.parameters.iter().map(Estimate::column);
-    let columns =
-        [Column::words("Model")].into_iter().chain(parameters).chain([Column::words("Runs"), Column::words("Verdict")]);
+    let further = [Column::words("Runs"), Column::numbers("Time").unit("s"), Column::words("Verdict")];
+    let columns = [Column::words("Model")].into_iter().chain(parameters).chain(further);
     Table {
-        caption: format!("Result of each model alone (90 % intervals, if quoted), {}.", law.name()),
+        caption: format!(
+            "Result of each model alone (90 % intervals, if quoted) and the time of its part of the fit, {}. Times differ from run to run; all else is \
+             the same.",
+            law.name()
+        ),
         columns: columns.collect(),
         rows: rows.collect(),
     }

@@ -4,7 +4,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use granchain_signal::{sha256_bytes, visible, visible_json};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::{Block, Drawn, Page, Table, Tone, curves};
+use super::{Block, Drawn, Page, TIMES, Table, Tone, curves};
 use crate::{
     figure::{COLUMN_WIDTH_MM, embedded_font},
     motion::Motion,
@@ -86,7 +86,7 @@ fn contents(page: &Page) -> Markup {
 /// What a page has to run: nothing where there is nothing to do.
 fn scripts(page: &Page, curves: bool) -> Vec<String> {
     let has = |wanted: fn(&Block) -> bool| page.blocks.iter().any(wanted);
-    let tables = has(|block| matches!(block, Block::Table(_))).then(|| TABLES.to_owned());
+    let tables = has(|block| matches!(block, Block::Table(_) | Block::Timed(_))).then(|| TABLES.to_owned());
     let motion = has(|block| matches!(block, Block::Motion(_))).then(|| MOTION.to_owned());
     let plots = curves.then(|| [format!("/*\n{PLOT_LICENCE}*/\n{PLOT}"), EXPLORE.to_owned()]);
     tables.into_iter().chain(motion).chain(plots.into_iter().flatten()).collect()
@@ -127,6 +127,7 @@ impl State<'_> {
                 dl.facts { @for (name, value) in facts { dt { (prose(name)) } dd { (prose(value)) } } }
             },
             Block::Table(table) => render_table(table),
+            Block::Timed(table) => html! { (PreEscaped(TIMES[0])) (render_table(table)) (PreEscaped(TIMES[1])) },
             Block::Plates(list) => html! {
                 div.plates { @for plate in self.plates.by_ref().take(list.len()) { (render_plate(plate)) } }
             },

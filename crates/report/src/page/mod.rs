@@ -8,7 +8,7 @@ mod html;
 mod markdown;
 mod table;
 
-use std::path::PathBuf;
+use std::{borrow::Cow, path::PathBuf};
 
 use rayon::prelude::*;
 use thiserror::Error;
@@ -45,6 +45,25 @@ pub enum ReportError {
 
 pub fn csv_bytes(table: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, ReportError> {
     table.into_inner().map_err(|error| ReportError::Csv(error.into_error().into()))
+}
+
+/// Names of a page's files that may hold times.
+pub const PAGES: [&str; 2] = ["report.html", "report.md"];
+
+/// Marks around what differs from run to run.
+const TIMES: [&str; 2] = ["<!-- times -->", "<!-- end of times -->"];
+
+/// The bytes of a page less its times: what equal runs have in common, and what digests are of.
+#[must_use]
+pub fn without_times(page: &[u8]) -> Cow<'_, [u8]> {
+    let found = |part: &[u8], mark: &str| part.windows(mark.len()).position(|at| at == mark.as_bytes());
+    let (mut kept, mut rest) = (Vec::new(), page);
+    while let Some(begin) = found(rest, TIMES[0]) {
+        let Some(end) = found(&rest[begin..], TIMES[1]) else { break };
+        kept.extend_from_slice(&rest[..begin]);
+        rest = &rest[begin + end + TIMES[1].len()..];
+    }
+    if kept.is_empty() { Cow::Borrowed(page) } else { Cow::Owned([&kept, rest].concat()) }
 }
 
 /// Where a page comes from: its facts, and the command line that makes it again.
@@ -96,6 +115,8 @@ pub enum Block {
     List(Vec<String>),
     Facts(Vec<(String, String)>),
     Table(Table),
+    /// A table with times, which differ from run to run: [`without_times`] leaves it out.
+    Timed(Table),
     /// Figures that belong together; one journal column wide each, they stand side by side where there is room.
     Plates(Vec<Plate>),
     Motion(Motion),
@@ -142,8 +163,8 @@ impl Page {
     pub fn files(&self) -> Result<Files, ReportError> {
         let drawn = self.drawn()?;
         let mut files: Files = vec![
-            (PathBuf::from("report.html"), html::render(self, &drawn).into_bytes()),
-            (PathBuf::from("report.md"), markdown::render(self, &drawn).into_bytes()),
+            (PathBuf::from(PAGES[0]), html::render(self, &drawn).into_bytes()),
+            (PathBuf::from(PAGES[1]), markdown::render(self, &drawn).into_bytes()),
         ];
         files.extend(pictures(drawn, "figures")?);
         Ok(files)
@@ -181,4 +202,30 @@ fn pictures(drawn: Vec<Drawn<'_>>, folder: &str) -> Result<Files, FigureError> {
     };
     let files: Vec<_> = drawn.into_par_iter().map(both).collect::<Result<_, FigureError>>()?;
     Ok(files.into_iter().flatten().collect())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_differ_by_their_times_alone() {
+        let page = |seconds: &str| {
+            let table = Table {
+                caption: "cost".into(),
+                columns: vec![Column::words("Model"), Column::numbers("Time").unit("s")],
+                rows: vec![vec!["chain".into(), seconds.into()]],
+            };
+            let blocks = vec![Block::Timed(table.clone()), Block::Paragraph("between".into()), Block::Timed(table)];
+            Page { title: "page".into(), subtitle: String::new(), blocks }.files().unwrap()
+        };
+        for ((name, fast), (_, slow)) in page("1.5").iter().zip(page("15")) {
+            assert_ne!(*fast, slow, "{}", name.display());
+            let kept = without_times(fast);
+            assert_eq!(kept, without_times(&slow), "{}", name.display());
+            let text = String::from_utf8_lossy(&kept);
+            assert!(text.contains("between") && !text.contains("chain"), "{text}");
+        }
+    }
 }
