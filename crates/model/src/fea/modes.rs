@@ -105,11 +105,14 @@ pub fn modes(body: &Body, count: usize) -> Result<Modes, ModesError> {
     }
     let mut polish = Polish::new(body, &factor, shift);
     for pair in &pairs {
-        let (vector, square, residual) = polish.refine(&lanczos.vector(pair), pair.theta);
-        if squares.len() < count {
-            shapes.push(vector);
-            residuals.push(residual);
+        // Of those beyond, only where they lie is asked.
+        if squares.len() >= count {
+            squares.push(1.0 / pair.theta - shift);
+            continue;
         }
+        let (vector, square, residual) = polish.refine(&lanczos.vector(pair), pair.theta);
+        shapes.push(vector);
+        residuals.push(residual);
         squares.push(square);
     }
     let frequencies: Vec<f64> = squares.iter().map(|square| square.max(0.0).sqrt() / TAU).collect();

@@ -115,7 +115,7 @@ pub(super) fn groups(scene: &Scene, densities: Densities, fea: bool) -> Vec<Vec<
         for density in [8, 12] {
             groups.push(steps(Method::FiniteBody, Some(density), &tolerances[1..], Step::Tolerance(1e-12)));
         }
-        groups.push(steps(Method::FiniteBody, Some(24), &[], Step::Tolerance(1e-12)));
+        groups.push(steps(Method::FiniteBody, Some(16), &[], Step::Tolerance(1e-12)));
     }
     let [coarse, usual, fine, finer] = densities;
     groups.push(steps(Method::Reduced, Some(coarse), &[time(50.0)], time(12.5)));

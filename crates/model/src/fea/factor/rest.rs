@@ -1,7 +1,5 @@
 //! Static loads, on a body that is held and on one that is not.
 
-use faer::Mat;
-
 use super::{Factor, FactorError, Half, symmetric};
 use crate::fea::{
     assembly::{Columns, Direction, DofMap},
@@ -77,24 +75,26 @@ impl StaticFactor {
     }
 
     /// Static compliance of the interface, m/N, dense and symmetric, row by row: column j is the displacement of the interface under a unit force on its
-    /// unknown j; of a free body relative to the mass mean, under inertia relief.
+    /// unknown j; of a free body relative to the mass mean, under inertia relief. With the pinned inverse G and s = M 1 / m, a_i = 1 along z and else 0,
+    ///
+    /// ```text
+    /// S_ij = G_ij − a_j g_i − a_i g_j + a_i a_j sᵀ g,     g = G s
+    /// ```
+    ///
+    /// so that one solve does for all columns.
     pub fn interface_compliance(&self, body: &Body) -> Vec<f64> {
+        let held = self.factor.interface_compliance();
+        let Some(share) = &self.share else { return held };
+        let (mut load, mut u, mut half) = (body.columns(1), body.columns(1), self.factor.half(1));
+        self.axial.iter().for_each(|&dof| load.set(dof as usize, 0, share[(dof / 2) as usize]));
+        self.factor.solve(&load, &mut half, &mut u);
+        let at = |dof: u32| u.get(dof as usize, 0);
+        let all: f64 = self.axial.iter().map(|&dof| share[(dof / 2) as usize] * at(dof)).sum();
         let interface = self.factor.interface();
-        let mut out = Mat::zeros(interface.len(), interface.len());
-        let most = 6;
-        let (mut load, mut u, mut half) = (body.columns(most), body.columns(most), self.factor.half(most));
-        for (batch, forced) in interface.chunks(most).enumerate() {
-            load.clear();
-            for (column, &dof) in forced.iter().enumerate() {
-                load.set(dof as usize, column, 1.0);
-            }
-            self.solve(&mut load, &mut half, &mut u);
-            for column in 0..forced.len() {
-                for (row, &dof) in interface.iter().enumerate() {
-                    out[(row, batch * most + column)] = u.get(dof as usize, column);
-                }
-            }
-        }
-        symmetric(interface.len(), |row, column| out[(row, column)])
+        let along = |k: usize| f64::from(u8::from(DofMap::place(interface[k]).1 == Direction::Axial));
+        symmetric(interface.len(), |i, j| {
+            let (a, b) = (along(i), along(j));
+            held[i * interface.len() + j] - b * at(interface[i]) - a * at(interface[j]) + a * b * all
+        })
     }
 }

@@ -39,6 +39,9 @@ pub(super) struct Lanczos<'a> {
     below: Vec<f64>,
     next: Vec<f64>,
     work: Half,
+    /// Work space: a vector, and what a matrix makes of it.
+    load: Columns,
+    image: Columns,
 }
 
 impl<'a> Lanczos<'a> {
@@ -54,6 +57,8 @@ impl<'a> Lanczos<'a> {
             below: Vec::new(),
             next: Vec::new(),
             work: factor.half(1),
+            load: body.columns(1),
+            image: body.columns(1),
         };
         if known == 1 {
             out.next = body.rigid();
@@ -68,9 +73,10 @@ impl<'a> Lanczos<'a> {
                 if body.dofs().is_free(dof) { (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5 } else { 0.0 }
             })
             .collect();
-        let mut force = body.columns(1);
-        body.multiply_mass(&Columns::from_vector(&start), &mut force);
-        out.next = out.solve(&force);
+        out.load.as_mut_slice().copy_from_slice(&start);
+        body.multiply_mass(&out.load, &mut out.image);
+        out.next = out.image.as_slice().to_vec();
+        out.solve_next();
         out.orthogonalise();
         out
     }
@@ -79,10 +85,11 @@ impl<'a> Lanczos<'a> {
         self.diagonal.len()
     }
 
-    fn solve(&mut self, force: &Columns) -> Vec<f64> {
-        let mut out = self.body.columns(1);
-        self.factor.solve(force, &mut self.work, &mut out);
-        out.as_slice().to_vec()
+    /// The next direction becomes A⁻¹ times it.
+    fn solve_next(&mut self) {
+        self.load.as_mut_slice().copy_from_slice(&self.next);
+        self.factor.solve(&self.load, &mut self.work, &mut self.image);
+        self.next.copy_from_slice(self.image.as_slice());
     }
 
     /// Make the next direction orthogonal to the whole basis; twice is enough.
@@ -97,12 +104,13 @@ impl<'a> Lanczos<'a> {
 
     /// Normalise the next direction and add it to the basis; its length before.
     fn admit(&mut self) -> f64 {
-        let mut weighted = self.body.columns(1);
-        self.body.multiply_mass(&Columns::from_vector(&self.next), &mut weighted);
-        let length = dot(&self.next, weighted.as_slice()).max(0.0).sqrt();
+        self.load.as_mut_slice().copy_from_slice(&self.next);
+        self.body.multiply_mass(&self.load, &mut self.image);
+        let weighted = self.image.as_slice();
+        let length = dot(&self.next, weighted).max(0.0).sqrt();
         let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
         self.basis.push(self.next.iter().map(|value| scale * value).collect());
-        self.weighted.push(weighted.as_slice().iter().map(|value| scale * value).collect());
+        self.weighted.push(weighted.iter().map(|value| scale * value).collect());
         length
     }
 
@@ -118,8 +126,8 @@ impl<'a> Lanczos<'a> {
             if !self.diagonal.is_empty() {
                 self.below.push(length);
             }
-            let force = Columns::from_vector(&self.weighted[self.weighted.len() - 1]);
-            self.next = self.solve(&force);
+            self.next.copy_from_slice(&self.weighted[self.weighted.len() - 1]);
+            self.solve_next();
             self.diagonal.push(dot(&self.weighted[self.weighted.len() - 1], &self.next));
             self.orthogonalise();
         }
