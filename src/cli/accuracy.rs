@@ -41,13 +41,13 @@ pub struct Arguments {
     /// Built-in scene or scene file
     #[arg(value_name = "NAME|FILE", conflicts_with_all = ["scene", "plan"])]
     pub bench: Option<String>,
-    /// The same [default: rigid]
+    /// The same, as a flag [default: rigid]
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "plan", help_heading = "Scene")]
     pub scene: Option<String>,
     /// Plan of a fit: its scene, its horn record, the noise of its record
     #[arg(long, value_name = "FILE", help_heading = "Scene")]
     pub plan: Option<PathBuf>,
-    /// Take α, damping, scene and horn record from a calibration, and hold shifts against its intervals
+    /// Use α, damping, scene and horn record of a calibration, and compare shifts with its intervals
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
     /// Horn-tip record that drives the piston

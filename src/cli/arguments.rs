@@ -176,7 +176,8 @@ pub struct SceneArguments {
     /// Model [default: the scene's, else reduced, or chain if only it can run the scene]
     #[arg(long, value_parser = one_of(&MODELS), help_heading = "Scene")]
     pub model: Option<ModelKind>,
-    /// Choose the fastest model and settings with at most this error, such as 1%, by what `granchain accuracy` measured of this scene, or measures now
+    /// Choose the fastest model and settings with at most this error on this scene, such as 1%; errors not yet known are measured first, as by
+    /// `granchain accuracy`
     #[arg(long, value_name = "LEVEL", value_parser = level, conflicts_with = "model", help_heading = "Scene")]
     pub accuracy: Option<f64>,
     /// Horn-tip record that drives the piston [default: the scene's own drive]
@@ -185,7 +186,7 @@ pub struct SceneArguments {
     /// Drive frequency with its unit, such as 73kHz
     #[arg(long, value_name = "QUANTITY", value_parser = drive_frequency, help_heading = "Scene")]
     pub drive_frequency: Option<f64>,
-    /// α, the first bead's drive divided by the true horn motion; `calibrate` then keeps it fixed
+    /// α, motion of the horn's face at the first bead divided by that of the recorded point; a stated α is not fitted
     #[arg(long, value_name = "X", value_parser = positive_number, allow_negative_numbers = true, help_heading = "Scene")]
     pub alpha: Option<f64>,
     /// Override one key of the scene: a number without unit is SI; repeatable
@@ -212,7 +213,7 @@ pub struct OutputArguments {
     /// Folder for the results, written as a whole or not at all; without it nothing is written
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
-    /// Write into a folder that also holds other files (these are never changed), or replace the results of another command
+    /// Write into a folder that also contains other files (these are never changed), or replace the results of another command
     #[arg(long, help_heading = "Output")]
     pub force: bool,
 }

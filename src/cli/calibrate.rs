@@ -79,7 +79,7 @@ pub struct Arguments {
     /// these numbers]
     #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)), help_heading = "Fit")]
     pub evaluations: Option<u32>,
-    /// Factor from 1 to 100 on every 90 % interval of the answer; `coverage --plan` states the one that a bench needs
+    /// Factor from 1 to 100 on every 90 % interval; `coverage --plan` states the one that a bench needs
     #[arg(long, value_name = "X", help_heading = "Fit")]
     pub widen: Option<f64>,
     #[command(flatten)]

@@ -50,7 +50,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub plan: PathBuf,
     /// Experiments to plan: values of a scene key, KEY=START:STOP:STEP or KEY=A,B,C, or factors on the recorded horn motion, drive=0.4:1.6:0.4.
-    /// Without --count and --wrong nothing is fitted: the expected interval widths take seconds
+    /// Without --count and --wrong nothing is fitted: the expected interval widths are printed within seconds
     #[arg(long, value_name = "KEY=VALUES", value_parser = Axis::parse)]
     pub vary: Vec<Axis>,
     /// Also fit each record on wrong benches (support, beads, damping law, first gap, radius) and count how often these are rejected
@@ -65,7 +65,7 @@ pub struct Arguments {
     /// Number of runs of the chain in each fit [default: as calibrate]
     #[arg(long, value_name = "N", value_parser = whole(200_u32, Some(100_000)))]
     pub evaluations: Option<u32>,
-    /// Model that simulates the records (with finer steps) and also fits them [default: as calibrate]
+    /// Model that simulates the records (with finer steps) and also fits them [default: as calibrate; chain if nothing is fitted]
     #[arg(long, value_parser = one_of(&MODELS))]
     pub model: Option<ModelKind>,
     /// Compare peaks and bands only, not every sample (`likelihood = "amplitudes"` in a plan)

@@ -61,8 +61,8 @@ Form of a hydrophone's record:
 
 pub const KINDS: Words<RecordKind, 3> = [
     ("horn-tip", "Displacement of the horn tip, or its velocity (granchain integrates it)", RecordKind::HornTip),
-    ("vibrometer", "The far pole of the last bead: velocity", RecordKind::Vibrometer),
-    ("hydrophone", "Hydrophone: pressure at a point of the water", RecordKind::Hydrophone),
+    ("vibrometer", "Velocity of the last bead's far pole", RecordKind::Vibrometer),
+    ("hydrophone", "Pressure at a point of the water", RecordKind::Hydrophone),
 ];
 
 pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcome> {

@@ -168,7 +168,7 @@ enum Command {
     Spectrum(spectrum::Arguments),
     /// List, show, check or start scene files
     Scene(scene::Arguments),
-    /// Fit α (drive at the first bead divided by the true motion of the horn) and the contact damping to a record
+    /// Fit α (motion of the horn's face at the first bead divided by that of the recorded point) and the contact damping to a record
     Calibrate(Box<calibrate::Arguments>),
     /// Run one scene and write its response
     Replay(replay::Arguments),
@@ -180,7 +180,7 @@ enum Command {
     Mesh(mesh::Arguments),
     /// Print error and run time of every model and setting of a scene
     Accuracy(accuracy::Arguments),
-    /// Calibrate synthetic records of known truth and count how often the intervals contain the true values
+    /// Fit synthetic records with known true values and count how often the intervals contain these
     Coverage(coverage::Arguments),
     /// Run a calibration again from its recorded inputs and compare every number
     Verify(verify::Arguments),

@@ -63,10 +63,10 @@ pub struct ChannelArguments {
     /// Sensitivity, for a column in volts: '100 mm/s/V', '2 um/V', '250 nV/Pa'
     #[arg(long, value_name = "QUANTITY", value_parser = Sensitivity::parse, allow_hyphen_values = true, help_heading = "Reading")]
     pub scale: Option<Sensitivity>,
-    /// Sample rate, for a file without a column of time or in place of its steps, such as 5MHz
+    /// Sample rate, such as 5MHz: for a file without a time column, or to replace the steps of this column
     #[arg(long, value_name = "QUANTITY", value_parser = frequency, help_heading = "Reading")]
     pub sample_rate: Option<f64>,
-    /// Any other key of a bench file, such as time_unit=us, delay=4.2us, invert=true (docs/formats.md); repeatable
+    /// Any other reading key, such as time_unit=us, delay=4.2us, invert=true (docs/formats.md); repeatable
     #[arg(long, value_name = "KEY=VALUE", value_parser = setting, help_heading = "Reading")]
     pub read: Vec<Setting>,
 }
@@ -90,7 +90,7 @@ impl ChannelArguments {
 /// same one.
 #[derive(Debug, Clone, PartialEq, Default, Args)]
 pub struct DriveReadArguments {
-    /// Reading of the horn's record: any key of a bench file, such as channel=CH1 or 'scale=2 um/V'; repeatable
+    /// Reading key of the horn's record, such as channel=CH1 or 'scale=2 um/V'; repeatable
     #[arg(long, value_name = "KEY=VALUE", value_parser = setting, help_heading = "Reading")]
     pub drive_read: Vec<Setting>,
 }

@@ -41,7 +41,7 @@ use crate::{
 pub struct Arguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Take α, damping, scene, horn record and model from an earlier calibration
+    /// Use α, damping, scene, horn record and model of an earlier calibration
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
     /// Also run N variants (random gaps, drive ± 0.01 %) at each of three drive levels (99, 100 and 101 %), and print mean, standard

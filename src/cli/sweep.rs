@@ -41,7 +41,7 @@ use crate::{
 pub struct Arguments {
     #[command(flatten)]
     pub scene: SceneArguments,
-    /// Take α, damping, scene, horn record and model from an earlier calibration
+    /// Use α, damping, scene, horn record and model of an earlier calibration
     #[arg(long, value_name = "DIR", help_heading = "Scene")]
     pub calibration: Option<PathBuf>,
     /// Values of a scene key: KEY=START:STOP:STEP (ends included) or KEY=A,B,C; several make a full grid
