@@ -66,8 +66,6 @@ const MOTION: f64 = 0.05;
 const CYCLES: (f64, f64) = (7.3, 5.0);
 /// Drive periods in which peaks and ratios are measured: four of a third of its frequency, and a little.
 const MEASURED_CYCLES: f64 = 12.2;
-/// Drive periods in which shifts of fitted values are computed: most of what a fit compares.
-const FITTED_CYCLES: f64 = 24.0;
 /// Further motion that is simulated, for the low-pass, s.
 const MARGIN: f64 = 8e-6;
 /// Output step of the traces, s: of a velocity, of a pressure.
@@ -98,9 +96,7 @@ pub struct Study {
 struct Ran {
     variation: Variation,
     scene: Scene,
-    /// The trace as a fit compares it: in the window of comparison, and all that was simulated.
     values: Vec<f64>,
-    whole: Vec<f64>,
     features: [Option<f64>; 4],
     bodies_s: f64,
     run: Seconds,
@@ -126,8 +122,7 @@ impl Study {
         let cycles = if damped { CYCLES.0 } else { CYCLES.1 };
         let begins = trace.time(moving);
         let end = (begins + cycles / frequency).min(duration);
-        let fitted: f64 = std::env::var("FITTED").ok().and_then(|it| it.parse().ok()).unwrap_or(FITTED_CYCLES);
-        let last = (begins + fitted / frequency + MARGIN).min(duration);
+        let last = (begins + MEASURED_CYCLES / frequency + MARGIN).min(duration);
         scene.duration = (last / scene.output_step).floor() * scene.output_step;
         let mut study =
             Self { scene, duration, purpose, measurand, window: [begins, end], peak, densities: DENSITIES[0] };
@@ -181,7 +176,7 @@ impl Study {
                 Ok((made, prepared)) => {
                     let is_chain = matches!(group[0].method, Method::Hertz | Method::FiniteBody);
                     let scene = made.iter().find(|ran| ran.variation.shown).map(|ran| ran.scene.clone());
-                    chain = chain.or(scene.filter(|_| is_chain).map(|scene| (prepared, scene)));
+                    chain = scene.filter(|_| is_chain).map(|scene| (prepared, scene)).or(chain);
                     ran.extend(made);
                 }
                 Err(error @ ModelError::Stopped { .. }) => return Err(error),
@@ -209,7 +204,7 @@ impl Study {
                 sets: ran.variation.sets(),
                 is_default: own_scene.as_ref() == Some(&ran.scene),
                 own: Some(self.own(ran, &limit)),
-                ..self.compared(ran, limit.finest, sensitivity.as_ref())
+                ..self.compared(ran, &limit.values, limit.features, sensitivity.as_ref())
             }
         };
         let rows = self.of_runs(ran.iter().filter(|ran| ran.variation.shown).map(row).collect());
@@ -253,7 +248,7 @@ impl Study {
             name: "the scene as it is".into(),
             method: base.variation.method,
             is_default: true,
-            ..self.compared(&base, &base, None)
+            ..self.compared(&base, &base.values, base.features, None)
         }];
         let mut left_out = Vec::new();
         for (name, without) in without_each(&self.scene) {
@@ -261,7 +256,7 @@ impl Study {
                 Ok((ran, _)) => rows.push(Row {
                     name: name.to_owned(),
                     method: Method::Effect,
-                    ..self.compared(&ran, &base, sensitivity.as_ref())
+                    ..self.compared(&ran, &base.values, base.features, sensitivity.as_ref())
                 }),
                 Err(error @ ModelError::Stopped { .. }) => return Err(error),
                 Err(error) => left_out.push([format!("the scene without {name}"), error.to_string()]),
@@ -324,10 +319,9 @@ impl Study {
         watch: &dyn Watch,
     ) -> Result<Ran, ModelError> {
         let (trace, run) = repeated(prepared, &scene, self.measurand, watch)?;
-        let whole = self.values(&trace);
-        let compared = ((self.window[1] / (self.stride() as f64 * self.scene.output_step)).floor() as usize + 1).min(whole.len());
+        let values = self.values(&trace);
         let features = self.features(&conditioned(&scene, &trace));
-        Ok(Ran { variation, scene, values: whole[..compared].to_vec(), whole, features, bodies_s, run })
+        Ok(Ran { variation, scene, values, features, bodies_s, run })
     }
 
     /// Output samples between two that are compared.
@@ -336,10 +330,10 @@ impl Study {
         (samples.round() as usize).max(1)
     }
 
-    /// A trace as a fit compares it: below its cutoff, so many samples a drive period, without the margin of the low-pass.
+    /// A trace as a fit compares it: below its cutoff, so many samples a drive period, up to the end of the window.
     fn values(&self, trace: &Series) -> Vec<f64> {
         let seen = conditioned(&self.scene, trace);
-        let last = seen.len().saturating_sub((MARGIN / seen.step).round() as usize);
+        let last = ((self.window[1] / seen.step).round() as usize + 1).min(seen.len());
         seen.values[..last].iter().step_by(self.stride()).copied().collect()
     }
 
@@ -373,17 +367,18 @@ impl Study {
     fn compared(
         &self,
         ran: &Ran,
-        reference: &Ran,
+        reference: &[f64],
+        features: [Option<f64>; 4],
         sensitivity: Option<&Sensitivity>,
     ) -> Row {
-        let change = |index: usize| ran.features[index].zip(reference.features[index]);
+        let change = |index: usize| ran.features[index].zip(features[index]);
         let relative = |index| change(index).filter(|(_, is)| *is != 0.0).map(|(found, is)| found / is - 1.0);
-        let difference: Vec<f64> = reference.whole.iter().zip(&ran.whole).map(|(is, found)| is - found).collect();
+        let difference: Vec<f64> = reference.iter().zip(&ran.values).map(|(is, found)| is - found).collect();
         Row {
             bodies_s: ran.bodies_s,
             run_s: ran.run.least,
             time_noise: ran.run.spread,
-            total: relative_error(&ran.values, &reference.values),
+            total: relative_error(&ran.values, reference),
             peaks: [relative(0), relative(1)],
             ratios: [2, 3].map(|index| change(index).map(|(found, is)| found - is)),
             shift: sensitivity.map_or([None; 2], |sensitivity| sensitivity.shift(&difference)),
@@ -411,7 +406,7 @@ impl Study {
                 let change = relative_error(&finest.values, &last.values);
                 if finer > f64::from(density) { change / (1.0 - (f64::from(density) / finer).powi(2)) } else { change }
             }
-            (Method::Reduced | Method::Fea, _) => relative_error(&finest.values, &limit.finest.values),
+            (Method::Reduced | Method::Fea, _) => relative_error(&finest.values, &limit.values),
             _ => 0.0,
         };
         by_step.hypot(by_mesh)
@@ -434,13 +429,14 @@ impl Study {
         let Variation { method, density, .. } = finest.variation;
         let mesh = density.map_or(String::new(), |density| format!(" {density}"));
         let name = format!("{}{mesh}, {}", method.name(), finest.variation.step_said());
-        Some(Limit { finest, error, name, ran: all })
+        Some(Limit { values: finest.values.clone(), features: finest.features, error, name, ran: all })
     }
 }
 
 /// The reference.
 struct Limit<'a> {
-    finest: &'a Ran,
+    values: Vec<f64>,
+    features: [Option<f64>; 4],
     /// What it is known to, 1.
     error: f64,
     name: String,
