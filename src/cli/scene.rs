@@ -2,6 +2,7 @@
 
 mod bench;
 mod explain;
+mod margins;
 
 use std::{
     fmt::Write,
@@ -53,7 +54,7 @@ enum Action {
     },
     /// List every key of a scene file: values, default, conditions and meaning
     Keys,
-    /// Check a scene and print what follows from it
+    /// Check a scene; print what follows from it, and its margins: how far step, contacts and energy are from spoiling the answer
     Check {
         /// Scene file or built-in scene
         #[arg(value_name = "FILE|NAME")]
@@ -83,7 +84,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
         Action::List => list(session)?,
         Action::Show { scene, toml, set } => show(session, &load(session, &scene, &set)?, toml)?,
         Action::Keys => keys(session)?,
-        Action::Check { scene, set } => check(session, &scene, &load(session, &scene, &set)?)?,
+        Action::Check { scene, set } => check(session, &scene, &set, &load(session, &scene, &set)?)?,
         Action::Explain(explain) => {
             explain::execute(session, &explain, &load(session, &explain.scene, &explain.set)?)?;
         }
@@ -202,7 +203,7 @@ fn json_value(value: &SettingValue) -> Value {
     }
 }
 
-fn check(session: &Session, name: &str, scene: &Scene) -> anyhow::Result<()> {
+fn check(session: &Session, name: &str, set: &[String], scene: &Scene) -> anyhow::Result<()> {
     let mut text = format!("{name}: scene `{}` is valid\n\n", scene.name);
     let derived = consequences(scene);
     let width = derived.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
@@ -228,11 +229,19 @@ fn check(session: &Session, name: &str, scene: &Scene) -> anyhow::Result<()> {
         let found = if file.is_file() { "found, read when the scene runs" } else { "not found" };
         writeln!(text, "\nThe drive is the record {}: {found}.", file.display())?;
         if !file.is_file() {
+            if !session.json {
+                text += &margins::section(&margins::none("the drive record is not found"));
+                session.result(text, &())?;
+            }
             bail!("`drive.file`: there is no file {}; the path is relative to the scene file's folder", file.display());
         }
     }
+    let margins = margins::of(session, name, set, scene)?;
+    text += &margins::section(&margins);
     let rows: Vec<Value> = derived.iter().map(|(label, value)| json!({ "name": label, "value": value })).collect();
-    session.result(text, &json!({ "scene": scene.name, "valid": true, "derived": rows, "effects": effects }))
+    let all =
+        json!({ "scene": scene.name, "valid": true, "derived": rows, "effects": effects, "margins": margins });
+    session.result(text, &all)
 }
 
 fn show_rounded(value: f64, dimension: Dimension) -> String {

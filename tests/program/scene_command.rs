@@ -91,8 +91,9 @@ fn check_of_a_broken_scene_ends_with_1_and_the_place_of_the_fault() {
         "extends = \"annulus\"\ndrive.kind = \"record\"\ndrive.file = \"x.csv\"",
     )
     .unwrap();
-    let (code, _, err) = granchain(folder.path(), &["scene", "check", "own.toml"]);
+    let (code, out, err) = granchain(folder.path(), &["scene", "check", "own.toml"]);
     assert_eq!(code, 1);
+    assert!(out.contains("left out: margins: the drive record is not found"), "{out}");
     assert_eq!(err, "error: `drive.file`: there is no file x.csv; the path is relative to the scene file's folder\n");
 }
 
@@ -231,4 +232,65 @@ fn explain_lists_every_effect_at_once_and_measures_on_request() {
             && json["simulated"].as_str().unwrap().contains("Hertz contacts")
     );
     assert!(out.contains("no effect of this scene costs time"), "{out}");
+}
+
+/// The row of a margin, of `scene check --json`.
+fn margin(folder: &std::path::Path, arguments: &[&str], name: &str) -> Option<serde_json::Value> {
+    let (code, out, err) = granchain(folder, &[&["scene", "check"], arguments, &["--cache", "none", "--json"]].concat());
+    assert_eq!(code, 0, "{err}");
+    let page: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let rows = page["margins"]["rows"].as_array().unwrap();
+    rows.iter().find(|row| row["name"].as_str().is_some_and(|found| found.starts_with(name))).cloned()
+}
+
+#[test]
+fn a_step_fifty_times_as_long_is_too_large_in_every_margin_that_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    // At 73 kHz so long a step is refused.
+    let slow = ["rigid", "--set", "drive.frequency=1 kHz", "--set", "drive.cycles=2", "--set", "duration=400 us"];
+    let long = [&slow[..], &["--set", "model.step=2.5 us", "--set", "output_step=2.5 us"]].concat();
+    for name in ["step over the shortest contact", "step, and the longest"] {
+        let word = |arguments: &[&str]| margin(folder.path(), arguments, name).unwrap()["word"].clone();
+        assert_eq!(word(&long), "too-large", "{name}");
+        assert_ne!(word(&slow), "too-large", "{name}");
+    }
+    let strong = ["annulus", "--set", "damping.kind=kuwabara-kono", "--set", "damping.coefficient=3.66e6"];
+    let strong = [&strong[..], &["--set", "model.kind=fea"]].concat();
+    for (scene, word) in [(&strong[..], "too-large"), (&["annulus", "--set", "model.kind=fea"], "good")] {
+        assert_eq!(margin(folder.path(), scene, "dashpot").unwrap()["word"], word);
+    }
+    let (_, out, _) = granchain(folder.path(), &[&["scene", "check"][..], &long, &["--cache", "none"]].concat());
+    let row = out.lines().find(|line| line.contains("step over the shortest contact")).unwrap_or_else(|| panic!("{out}"));
+    assert!(row.contains("too large"), "{row}");
+}
+
+#[test]
+fn the_energy_of_a_scene_s_margins_is_that_of_its_replay() {
+    let folder = tempfile::tempdir().unwrap();
+    for model in ["model.kind=chain", "model.kind=reduced"] {
+        let scene = ["annulus", "--set", model, "--set", "duration=200 us", "--set", "model.mesh_density=8"];
+        let scene = if model.ends_with("chain") { &scene[..5] } else { &scene[..] };
+        for (name, dampers) in [("energy unaccounted for", &[][..]), ("the same without", &["--set", "damping.kind=none"])] {
+            let row = margin(folder.path(), scene, name).unwrap();
+            let replay = [&["replay", "--scene"], scene, dampers, &["--cache", "none", "--json"]].concat();
+            let (code, out, err) = granchain(folder.path(), &replay);
+            assert_eq!(code, 0, "{err}");
+            let energy = serde_json::from_str::<serde_json::Value>(&out).unwrap()["energy"].clone();
+            let share = energy["residual_j"].as_f64().unwrap().abs() / energy["largest_j"].as_f64().unwrap();
+            let found = row["value"].as_f64().unwrap();
+            assert!(share > 0.0 && (found / share - 1.0).abs() < 1e-9, "{model}, {name}: {found:e} {share:e}");
+            assert_eq!(row["note"], "whole scene, 200 us");
+        }
+    }
+}
+
+#[test]
+fn margins_are_of_what_a_scene_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = ["chain"];
+    assert!(margin(folder.path(), &chain, "step").is_none());
+    assert_eq!(margin(folder.path(), &chain, "tolerance").unwrap()["value"], 1e-10);
+    assert!(margin(folder.path(), &chain, "the same without dampers").is_none());
+    let (_, out, _) = granchain(folder.path(), &["scene", "check", "rigid", "--set", "model.kind=fea"]);
+    assert!(out.contains("step over the shortest contact") && out.contains("`granchain accuracy --fea`"), "{out}");
 }

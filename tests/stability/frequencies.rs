@@ -5,30 +5,13 @@ use std::f64::consts::{PI, TAU};
 use super::{
     FidelityLevel, Limit,
     room::{Ran, Room},
+    steps::Slope,
 };
 use granchain_model::{
     analytical::{cutoff_frequency, mode_frequency},
     contact_law::bead_pair_stiffness,
     fea::arrangement::bead_mesh,
-    scene::PistonMotion,
 };
-
-/// A piston moved on by so much (m) within so long (s).
-struct Nudge {
-    distance: f64,
-    time: f64,
-}
-
-impl PistonMotion for Nudge {
-    fn on_piece(&self, _piece: usize, t: f64) -> (f64, f64) {
-        let x = (t / self.time).clamp(0.0, 1.0);
-        (self.distance * x * x * (3.0 - 2.0 * x), self.distance * 6.0 * x * (1.0 - x) / self.time)
-    }
-
-    fn breaks(&self) -> &[f64] {
-        &[]
-    }
-}
 
 /// Forces along the chain, N.
 const FORCES: [f64; 4] = [1e-6, 1e-2, 1.0, 10.0];
@@ -90,7 +73,7 @@ fn excess(room: &Room<'_>, force: f64) -> Result<(f64, f64), String> {
         format!("output_step={output}"),
     ];
     let scene = room.scene("rigid", &[&sets[0], &sets[1], &sets[2]])?;
-    let nudge = Nudge { distance: 1e-3 * overlap, time: 0.5 / cutoff };
+    let nudge = Slope { distance: 1e-3 * overlap, time: 0.5 / cutoff };
     let ran = room.run_with(&scene, &nudge)?;
     let deviation = |mode: usize| {
         let hertz = mode_frequency(cutoff, mode, beads);

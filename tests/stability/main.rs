@@ -5,18 +5,21 @@
 //! stability -- --include-ignored`.
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+mod bodies;
 mod chains;
 mod chaos;
 mod dampers;
 mod effects;
 mod fits;
 mod frequencies;
+mod gaps;
 mod impact;
 mod page;
 mod record;
 mod ring;
 mod room;
 mod similarity;
+mod slivers;
 mod steps;
 mod vacuum;
 mod water;
@@ -221,6 +224,77 @@ pub const CASES: &[Case] = &[
         fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced],
         examine: effects::horn,
     },
+    Case {
+        number: 17,
+        name: "a bead of ten thousand times the mass",
+        what: "A bead thrown at it comes back as from a wall, by the laws of an elastic hit; as third of six it closes the balance of energy.",
+        fidelities: &FidelityLevel::ALL,
+        examine: bodies::heavy,
+    },
+    Case {
+        number: 18,
+        name: "from rubber to beyond diamond",
+        what: "E of six beads falls from 1 TPa to 1 MPa. Pressed slowly to twice the static approach, every contact carries 2^(3/2) times the static \
+               force.",
+        fidelities: &FidelityLevel::ALL,
+        examine: bodies::moduli,
+    },
+    Case {
+        number: 19,
+        name: "an inelastic hit",
+        what: "With γ of a thousand times the paper’s two beads go on together: momentum stays, half of the energy is lost.",
+        fidelities: &FidelityLevel::ALL,
+        examine: dampers::inelastic,
+    },
+    Case {
+        number: 20,
+        name: "gaps of a millimetre and of a picometre",
+        what: "A bead flies 1 mm, is pressed not before and not after it, and hits one that stands 1 pm before a third, which is as good as touching.",
+        fidelities: &FidelityLevel::ALL,
+        examine: gaps::examine,
+    },
+    Case {
+        number: 21,
+        name: "ten million steps",
+        what: "An undamped, unpressed chain after ten million steps: finite, its energy balanced.",
+        fidelities: &[FidelityLevel::Hertz],
+        examine: steps::ten_million,
+    },
+    Case {
+        number: 22,
+        name: "chatter at a closing gap",
+        what: "A bead bounces ever faster between a wall and a piston that comes near; the action ∮p dq of its motion is an adiabatic invariant.",
+        fidelities: &FidelityLevel::ALL,
+        examine: gaps::chatter,
+    },
+    Case {
+        number: 23,
+        name: "α of a thousandth",
+        what: "A pressed chain answers half of it by half; Hertz’ chain without pressing is a scaled copy of that at α = 1.",
+        fidelities: &FidelityLevel::ALL,
+        examine: similarity::alpha,
+    },
+    Case {
+        number: 24,
+        name: "nearly incompressible beads",
+        what: "ν = 0.4999: beads hit one another by Hertz’ law, neither locked nor softened; two meshes agree.",
+        fidelities: &FidelityLevel::ALL,
+        examine: bodies::incompressible,
+    },
+    Case {
+        number: 25,
+        name: "slender elements",
+        what: "A patch of 5 µm at the pole of a bead; the thinnest annulus that is meshed.",
+        fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
+        examine: slivers::examine,
+    },
+    Case {
+        number: 26,
+        name: "a step fifty times too long",
+        what: "It is refused, or the ledger of energy warns.",
+        fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced, FidelityLevel::Fea],
+        examine: steps::too_large,
+    },
 ];
 
 /// The checks of a case, the cheapest model first, with these overrides of every scene.
@@ -270,6 +344,17 @@ cases! {
     friction_with_reversal_at_rest 14,
     yielding_contacts_that_chatter 15,
     compliant_horn 16,
+    bead_of_ten_thousand_times_the_mass 17,
+    from_rubber_to_beyond_diamond 18,
+    inelastic_hit 19,
+    gaps_of_a_millimetre_and_of_a_picometre 20,
+    #[ignore = "slow, run by .ci/full"]
+    ten_million_steps 21,
+    chatter_at_a_closing_gap 22,
+    alpha_of_a_thousandth 23,
+    nearly_incompressible_beads 24,
+    slender_elements 25,
+    step_fifty_times_too_long 26,
 }
 
 #[test]

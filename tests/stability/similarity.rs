@@ -2,9 +2,14 @@
 
 use super::{
     FidelityLevel, Limit,
-    room::{Room, difference},
+    impact::copy,
+    room::{Balance, Ran, Room, difference},
 };
-use granchain_model::chain::{ChainModel, InitialState};
+use granchain_model::{
+    chain::{ChainModel, InitialState},
+    contact_law::bead_pair_stiffness,
+    scene::Scene,
+};
 
 pub(super) fn examine(room: &mut Room<'_>) {
     units(room);
@@ -54,7 +59,7 @@ fn twice(room: &mut Room<'_>) {
             // Decimal numbers of the scene are rounded once, bodies of other lengths are solved with other roundings (1e-13), and the
             // undamped chain magnifies both a thousandfold in 60 µs.
             room.check(format!("{which}: difference of velocities, rms"), apart, Limit::AtMost(1e-8), "1");
-            let peak = |ran: &super::room::Ran| ran.response.contact_force[0].peak();
+            let peak = |ran: &Ran| ran.response.contact_force[0].peak();
             let quadruple = (peak(&large) / peak(&plain) - 4.0).abs();
             room.check(
                 format!("{which}: largest force over four times the other, less 1"),
@@ -88,5 +93,31 @@ fn mirrored(room: &mut Room<'_>) {
             room.check(format!("{which}: difference of velocities, rms"), apart, Limit::AtMost(1e-6), "1");
         }
         Err(reason) => room.failed(which, reason.to_string()),
+    }
+}
+
+/// α of 10⁻³: half of it halves a pressed chain's answer, and without pressing Hertz' chain is a scaled copy.
+pub(super) fn alpha(room: &mut Room<'_>) {
+    if room.fidelity == FidelityLevel::Hertz {
+        copy(room, "α = 0.001", 1e-6, 1e-3);
+    }
+    let which = "pressed by 10 N";
+    let run = |alpha: f64| -> Result<(Ran, Scene), String> {
+        let alpha = format!("alpha={alpha}");
+        let scene = room.scene("rigid", &["chain.precompression=10 N", "duration=60 us", &alpha])?;
+        Ok((room.run(&scene)?, scene))
+    };
+    match run(1e-3).and_then(|whole| Ok((whole, run(5e-4)?))) {
+        Ok(((whole, scene), (half, _))) => {
+            room.sound(which, &whole, Balance::UNDAMPED);
+            let doubled: Vec<f64> = half.last().iter().map(|v| 2.0 * v).collect();
+            let apart = difference(&doubled, whole.last());
+            // Hertz' force is linear but for a quarter of the motion over the static overlap; beads swing by up to ten times the drive.
+            let bead = &scene.chain.beads[0];
+            let overlap = (scene.chain.precompression / bead_pair_stiffness(bead, bead)).powf(2.0 / 3.0);
+            let most = 10.0 * 0.25 * scene.amplitude_scale * scene.drive.amplitude / overlap;
+            room.check(format!("{which}: twice the answer to α = 0.0005 against α = 0.001, rms"), apart, Limit::AtMost(most), "1");
+        }
+        Err(reason) => room.failed(which, reason),
     }
 }

@@ -1,6 +1,9 @@
 //! The step, from useless to far too fine.
 
-use super::{Limit, room::Room};
+use super::{
+    FidelityLevel, Limit,
+    room::{Balance, Room},
+};
 use granchain_model::scene::PistonMotion;
 
 /// A piston that moves at constant speed from the start.
@@ -13,6 +16,23 @@ impl PistonMotion for Push {
 
     fn breaks(&self) -> &[f64] {
         &[0.0]
+    }
+}
+
+/// A piston moved on by so much (m) within so long (s).
+pub(super) struct Slope {
+    pub distance: f64,
+    pub time: f64,
+}
+
+impl PistonMotion for Slope {
+    fn on_piece(&self, _piece: usize, t: f64) -> (f64, f64) {
+        let x = (t / self.time).clamp(0.0, 1.0);
+        (self.distance * x * x * (3.0 - 2.0 * x), self.distance * 6.0 * x * (1.0 - x) / self.time)
+    }
+
+    fn breaks(&self) -> &[f64] {
+        &[]
     }
 }
 
@@ -57,5 +77,53 @@ pub(super) fn examine(room: &mut Room<'_>) {
     if let (Some(first), Some(last)) = (errors.first(), errors.last()) {
         let name = format!("error at {} µs over that at {} µs", 1e6 * last.0, 1e6 * first.0);
         room.check(name, last.1 / first.1, Limit::AtMost(0.1), "1");
+    }
+}
+
+/// A step fifty times the default's: it is refused, or the ledger of energy warns.
+pub(super) fn too_large(room: &mut Room<'_>) {
+    let (scene, default) = match room.fidelity {
+        // The chain has a fixed step on the clock of a disc only.
+        FidelityLevel::Hertz | FidelityLevel::FiniteBody => ("water", 0.025),
+        FidelityLevel::Reduced => ("rigid", 0.05),
+        FidelityLevel::Fea => ("rigid", 0.1),
+    };
+    let step = 50.0 * default;
+    let set = [format!("model.step={step} us"), format!("output_step={step} us")];
+    let which = format!("{step} µs at 73 kHz");
+    // A twentieth of a period is the longest step of any scene.
+    match room.scene(scene, &[&set[0], &set[1], "duration=125 us"]).and_then(|scene| room.run(&scene)) {
+        Ok(_) => room.failed(&which, "neither refused nor warned of".to_owned()),
+        Err(reason) => room.refused(&which, reason, "model.step"),
+    }
+    // A slow drive admits it, and the collisions that it makes, of 5 µs, do not.
+    let slow = ["drive.kind=sine", "drive.frequency=1 kHz", "drive.amplitude=10 um", "drive.cycles=2"];
+    let which = format!("{default} µs at 1 kHz");
+    match room.scene(scene, &[&slow[..], &["duration=100 us"]].concat()).and_then(|scene| room.run(&scene)) {
+        Ok(ran) => room.sound(&which, &ran, Balance::WATER),
+        Err(reason) => room.failed(&which, reason),
+    }
+    let which = format!("{step} µs at 1 kHz");
+    let long = [&slow[..], &[&set[0], &set[1], "duration=2 ms"]].concat();
+    match room.scene(scene, &long).and_then(|scene| room.run(&scene)) {
+        Ok(ran) => {
+            let warned = f64::from(u8::from(ran.response.energy.warning().is_some()));
+            room.check(format!("{which}: refused, or warned of the energy"), warned, Limit::AtLeast(1.0), "1");
+        }
+        Err(reason) => room.refused(&which, reason, "step"),
+    }
+}
+
+/// An undamped chain that rings for ten million steps.
+pub(super) fn ten_million(room: &mut Room<'_>) {
+    let which = "300 ms";
+    match room.scene("rigid", &["duration=300 ms", "output_step=20 us"]).and_then(|scene| room.run(&scene)) {
+        Ok(ran) => {
+            // Were each step's error of 1e-10 of one sign, a thousandth would be missing.
+            room.sound(which, &ran, Balance { chain: 1e-3, ..Balance::UNDAMPED });
+            let steps = ran.response.work.steps as f64;
+            room.check(format!("{which}: steps"), steps, Limit::AtLeast(1e7), "1");
+        }
+        Err(reason) => room.failed(which, reason),
     }
 }

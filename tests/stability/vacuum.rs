@@ -72,6 +72,6 @@ fn long(room: &mut Room<'_>) {
     }
 }
 
-fn openings(force: &[f64]) -> usize {
+pub(super) fn openings(force: &[f64]) -> usize {
     force.windows(2).filter(|pair| pair[0] > 0.0 && pair[1] == 0.0).count()
 }

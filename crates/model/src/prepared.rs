@@ -172,6 +172,14 @@ impl Prepared {
         self.work
     }
 
+    /// Frequencies (Hz) of the elastic modes of a scene's bodies, kind by kind, whether a step can follow them or not; none without reduced bodies.
+    pub fn mode_frequencies(&self, scene: &Scene) -> Vec<f64> {
+        match &self.model {
+            PreparedModel::Reduced { reduction, .. } => reduction.mode_frequencies(scene),
+            PreparedModel::Chain(_) | PreparedModel::OnDisc(_) | PreparedModel::Fea => Vec::new(),
+        }
+    }
+
     /// Why reduced bodies could not be kept for the next time, if they could not.
     pub fn warning(&self) -> Option<&str> {
         match &self.model {

@@ -126,6 +126,17 @@ impl Reduction {
 }
 
 impl Reduction {
+    /// Frequencies of the elastic modes of all kinds of bodies, Hz.
+    pub(crate) fn mode_frequencies(&self, scene: &Scene) -> Vec<f64> {
+        let support = self.support.map(|member| self.members[member].kind);
+        let factor = scene.support.ring().map_or(1.0, |(_, factor, _)| factor);
+        let of = |(kind, body): (usize, &Kind)| {
+            let factor = if support == Some(kind) { factor } else { 1.0 };
+            body.squares.iter().map(|square| (factor * square).sqrt() / std::f64::consts::TAU).collect::<Vec<_>>()
+        };
+        self.kinds.iter().enumerate().flat_map(of).collect()
+    }
+
     /// What a reader of the results must know: limits of the model that the run passed.
     pub(crate) fn warnings(&self, response: &Response) -> Vec<String> {
         let is_ring = self.contacts.last().is_some_and(|&geometry| self.geometries[geometry].is_ring);

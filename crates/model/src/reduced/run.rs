@@ -92,6 +92,7 @@ impl Reduction {
         (work.horn_evaluations, work.holder_evaluations) = (done.horn_evaluations, done.holder_evaluations);
         (work.relaxation_evaluations, work.loss_evaluations) = (done.relaxation_evaluations, done.loss_evaluations);
         (work.contact_sweeps, work.active_sets) = (done.contact_sweeps, done.active_sets);
+        work.most_contact_sweeps = done.most_contact_sweeps;
         work.dashpot_evaluations = done.dashpot_evaluations;
         work.unknowns = motion.bodies.iter().flatten().map(|body| 1 + body.modal.len() as u64).sum();
         if let Some(wet) = &motion.backing {

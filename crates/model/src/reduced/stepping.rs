@@ -62,6 +62,7 @@ pub(super) struct Motion<'a, N: Number, B> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Work {
     pub(super) contact_sweeps: u64,
+    pub(super) most_contact_sweeps: u64,
     pub(super) active_sets: u64,
     pub(super) dashpot_evaluations: u64,
     pub(super) horn_evaluations: u64,
@@ -333,6 +334,7 @@ impl<'a, N: Number, B: Backing<N>> Motion<'a, N, B> {
             chain::solve(chain::LINEAR_PASSES, condensed, of_contact, &mut states, self.live, &mut unsolved, &measure);
         (self.states, self.unsolved) = (states, unsolved);
         self.work.contact_sweeps += u64::from(effort.passes);
+        self.work.most_contact_sweeps = self.work.most_contact_sweeps.max(u64::from(effort.passes));
         self.work.active_sets += u64::from(effort.sets);
         self.record_failures();
         for contact in 0..self.states.len() {

@@ -168,7 +168,7 @@ pub(crate) const LARGEST_RESIDUAL: f64 = 0.1;
 
 impl EnergyBalance {
     /// Energy unaccounted for over the largest energy, 1; 0 where nothing moved.
-    pub(crate) fn residual_share(&self) -> f64 {
+    pub fn residual_share(&self) -> f64 {
         if self.largest_j > 0.0 { self.residual_j / self.largest_j } else { 0.0 }
     }
 

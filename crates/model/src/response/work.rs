@@ -18,6 +18,9 @@ pub struct SolverWork {
     /// Sweeps over all contacts of the steps' complementarity problems.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_sweeps: u64,
+    /// The most that one step took; files have the sum only.
+    #[serde(skip)]
+    pub most_contact_sweeps: u64,
     #[serde(default, skip_serializing_if = "is_zero")]
     pub active_sets: u64,
     /// Solutions with a factor in the steps: one a kind of body and step tried, for all bodies of the kind at once; one a step of disc and water

@@ -53,7 +53,7 @@ impl ModelSettings {
     }
 
     /// Fixed step of the model, s; none where the chain's integrator chooses its own.
-    pub(crate) fn step(&self) -> Option<f64> {
+    pub fn step(&self) -> Option<f64> {
         match (self.kind, self.integrator) {
             (ModelKind::Fea, _) => Some(self.fea.step),
             (ModelKind::Reduced, _) => Some(self.reduced.step),

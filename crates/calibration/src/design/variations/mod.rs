@@ -10,12 +10,14 @@
 mod accuracy;
 mod front;
 mod list;
+mod margins;
 mod run;
 mod shift;
 
 pub use self::{
     accuracy::{Accuracy, Method, Row},
     front::front,
+    margins::{Margin, Margins, Word},
 };
 use self::{
     list::{DENSITIES, Densities, Step, Variation, groups, method_of},
