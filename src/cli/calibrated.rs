@@ -16,6 +16,7 @@ use crate::{
         read_back::{SMALL, read_back_text},
         sha256, shell_word,
     },
+    report::regime::Fit,
     scene::ModelKind,
 };
 
@@ -46,6 +47,8 @@ pub struct Calibrated {
     pub model: ModelKind,
     /// Half of the 90 % intervals of α and the damping coefficient, of ln.
     half_widths: [Option<f64>; 2],
+    /// α, the damping coefficient, and the outlines of their 90 % region.
+    pub region: Option<Fit>,
     /// How it ended: `within scatter`, `outside scatter`, `not converged`.
     pub verdict: String,
 }
@@ -65,6 +68,27 @@ struct Outcome {
     overrides: Vec<String>,
     #[serde(default)]
     inputs: BTreeMap<String, InputDigest>,
+    /// Of ln α and ln of the damping coefficient.
+    #[serde(default)]
+    correlation: Option<f64>,
+    #[serde(default)]
+    lobes: Vec<Lobe>,
+}
+
+/// A part of the 90 % region.
+#[derive(Deserialize)]
+struct Lobe {
+    extent: BTreeMap<String, (f64, f64)>,
+}
+
+impl Lobe {
+    /// The ellipse of that correlation that fills the extent of ln α and ln of the damping coefficient.
+    fn outline(&self, correlation: f64) -> Option<Vec<(f64, f64)>> {
+        let ((left, right), (below, above)) = (self.extent.get("alpha")?, self.extent.get("damping")?);
+        let on = |low: &f64, high: &f64, turn: f64| low * (high / low).powf(0.5 + 0.5 * turn.cos());
+        let turns = (0..=72).map(|step| f64::from(5 * step).to_radians());
+        Some(turns.map(|turn| (on(left, right, turn), on(below, above, turn - correlation.acos()))).collect())
+    }
 }
 
 #[derive(Deserialize)]
@@ -126,6 +150,9 @@ impl Calibrated {
             overrides.push(format!("{key}={}", parameter.value));
         }
         let half_widths = ["alpha", "damping"].map(|name| outcome.parameters.get(name).and_then(Parameter::half_width));
+        let value = |name: &str| outcome.parameters.get(name).map(|parameter| parameter.value);
+        let regions = outcome.lobes.iter().filter_map(|lobe| lobe.outline(outcome.correlation?)).collect();
+        let region = value("alpha").zip(value("damping")).map(|value| Fit { value, regions });
         let Outcome { scene, model, verdict, overrides: own_overrides, mut inputs, .. } = outcome;
         // A calibration that names no model was made on the chain.
         let models = [ModelKind::Reduced, ModelKind::Fea];
@@ -137,7 +164,18 @@ impl Calibrated {
         });
         let drive = drive.transpose()?;
         let input = drive::Input { sha256: sha256(text.as_bytes()), path };
-        Ok(Self { named: folder.into(), input, model, scene, own_overrides, overrides, drive, half_widths, verdict })
+        Ok(Self {
+            named: folder.into(),
+            input,
+            model,
+            scene,
+            own_overrides,
+            overrides,
+            drive,
+            half_widths,
+            region,
+            verdict,
+        })
     }
 }
 

@@ -15,7 +15,7 @@ use self::{
 };
 use super::{
     Outcome,
-    arguments::{OutputArguments, SceneArguments, Session, preferred_model, whole},
+    arguments::{OutputArguments, SceneArguments, Session, Words, one_of, preferred_model, usage, whole},
     calibrated::Calibrated,
     experiment,
     forecast::Forecast,
@@ -30,7 +30,7 @@ use crate::{
     calibration::bench::Bench,
     feature::{FeatureError, FeatureSettings, Features, PressureFeatures, PressureSettings, Window, measure_pressure},
     model::{Estimate, ModelError, Prepared, chain::FiniteBodyLaws},
-    report::{hydrophone, number::significant, replay::ReplayReport},
+    report::{dynamics, figure::Figure, hydrophone, number::significant, replay::ReplayReport},
     response::{EnergyBalance, ObservedPoint, Response, SolverWork, write_csv},
     scene::{Effect, Integrator, ModelKind, Scene, Support, effects},
     study::{Bodies, EnsembleOutcome, EnsemblePlan, ensemble, observation},
@@ -48,6 +48,9 @@ pub struct Arguments {
     /// deviation and sensitivity; the default model is then the chain
     #[arg(long, value_name = "N", value_parser = whole(2_u32, None), help_heading = "Study")]
     pub ensemble: Option<u32>,
+    /// Draw these figures too; several with commas between them
+    #[arg(long, value_name = "KINDS", value_delimiter = ',', value_parser = one_of(&PICTURES), requires = "out", help_heading = "Output")]
+    pub figure: Vec<&'static str>,
     #[command(flatten)]
     pub output: OutputArguments,
     #[command(flatten)]
@@ -57,6 +60,13 @@ pub struct Arguments {
     #[command(flatten)]
     pub reading: ReadArguments,
 }
+
+/// What a replay draws on request.
+const PICTURES: Words<&str, 3> = [
+    ("waterfall", "Velocity of every bead over the last 24 drive periods", "waterfall"),
+    ("spectrogram", "Spectrum of the last bead over time, in windows of eight drive periods", "spectrogram"),
+    ("phase", "Velocity of the last bead against its displacement, and once a drive period as a point", "phase"),
+];
 
 /// Pressure metrics at a point of the water.
 #[derive(Debug, Clone, Serialize)]
@@ -120,6 +130,9 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
     let mut experiment = experiment::read(&flags, &arguments.reading, calibrated.as_ref(), preferred)?;
     experiment.limits = session.limits();
     let scene = experiment.scene_with(&[])?;
+    if !arguments.figure.is_empty() && scene.is_struck() {
+        return Err(usage("--figure: expected a drive with periods, found a scene that is hit by a striker"));
+    }
     analysis::refuse_idle(&arguments.analysis, &scene)?;
     field::refuse_idle(&arguments.field, &scene)?;
     let output = &arguments.output;
@@ -243,9 +256,26 @@ impl Job<'_> {
         let text = summary::text(scene, &summary, spread.as_ref());
         if let Some(folder) = folder {
             field::write(folder, field)?;
-            write(folder, scene, &response, spread.as_ref(), &summary, timing)?;
+            let figures = self.pictures(&response, Window::new(window.from, window.to.min(scene.drive.burst().1)));
+            write(folder, (scene, figures), &response, spread.as_ref(), &summary, timing)?;
         }
         Ok((text, summary))
+    }
+
+    /// What `--figure` asks for, of a drive that is on in `window`.
+    fn pictures(&self, response: &Response, window: Window) -> Vec<(&'static str, Figure)> {
+        let frequency = self.scene.drive.frequency;
+        let draw = |name: &str| match name {
+            "waterfall" => dynamics::waterfall(response, window, frequency),
+            "phase" => dynamics::phase(response, window, frequency),
+            _ => dynamics::spectrogram(&observation::seen(self.scene, response.observed_velocity()), frequency),
+        };
+        let wanted = PICTURES.iter().filter(|(name, ..)| self.arguments.figure.contains(name));
+        let (drawn, missing): (Vec<_>, Vec<_>) =
+            wanted.map(|(name, ..)| (*name, draw(name))).partition(|(_, figure)| figure.is_some());
+        let why = "expected a moving last bead and ten drive periods or more; not drawn";
+        self.session.warn(missing.iter().map(|(name, _)| format!("--figure {name}: {why}")));
+        drawn.into_iter().filter_map(|(name, figure)| Some((name, figure?))).collect()
     }
 }
 
@@ -304,7 +334,7 @@ fn run(prepared: &Prepared, scene: &Scene, session: &Session) -> anyhow::Result<
 
 fn write(
     folder: &OutputFolder,
-    scene: &Scene,
+    (scene, figures): (&Scene, Vec<(&'static str, Figure)>),
     response: &Response,
     spread: Option<&EnsembleOutcome>,
     summary: &Summary,
@@ -317,7 +347,8 @@ fn write(
     folder.write("summary.json", summary::json(summary)?)?;
     timing.stage("write");
     let seen = observation::seen(scene, response.observed_velocity());
-    let others = hydrophone::figures(response, summary.pressure.iter().map(|point| &point.features))?;
+    let mut others = hydrophone::figures(response, summary.pressure.iter().map(|point| &point.features))?;
+    others.extend(figures);
     let report = ReplayReport {
         scene: (&scene.name, &summary::described(scene, &summary.settings.overrides)),
         facts: summary::facts(scene, summary),

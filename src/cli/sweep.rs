@@ -29,10 +29,12 @@ use super::{
 use crate::{
     calibration::bench::Bench,
     model::{Estimate, ModelError},
-    scene::Scene,
+    report::sweep::SweepPage,
+    scene::{ModelKind, Scene},
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
-        sweep::{Run, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
+        regime::{self, Lanes},
+        sweep::{Run, Study as Each, SweepError, Watch, refuse_hopeless, sweep, sweep_part},
     },
 };
 
@@ -51,6 +53,11 @@ pub struct Arguments {
     /// deviation and sensitivity; the default model is then the chain
     #[arg(long, value_name = "N", value_parser = whole(2_u32, None), help_heading = "Study")]
     pub ensemble: Option<u32>,
+    /// Tell at each point how the last bead moves: period 1, 2, 3 …, quasi-periodic or chaotic; draws a map over two varied numbers, a bifurcation diagram
+    /// over one. Needs a steady drive of 160 periods: 60 for the transient, 100 to look at. Set drive.cycles and duration, such as --set drive.cycles=160
+    /// --set duration=2.2ms at 73 kHz. A horn record is mostly too short: pass --drive none. The default model is then the chain
+    #[arg(long, conflicts_with = "ensemble", help_heading = "Study")]
+    pub regime: bool,
     #[command(flatten)]
     pub output: OutputArguments,
     /// Continue a sweep that was stopped; needs the same flags
@@ -84,7 +91,7 @@ pub(super) struct Study {
     bench: Bench,
     base: Scene,
     grid: Grid,
-    ensemble: Option<EnsemblePlan>,
+    each: Each,
     calibrated: Option<Calibrated>,
     bodies: Bodies,
     output: OutputArguments,
@@ -95,23 +102,33 @@ pub(super) struct Study {
 impl Study {
     /// Read what the flags name, and refuse what cannot run.
     pub fn new(arguments: Arguments, session: Session) -> anyhow::Result<Self> {
-        let Arguments { scene, calibration, vary, ensemble, reading, output, .. } = arguments;
+        let Arguments { scene, calibration, vary, ensemble, regime, reading, output, .. } = arguments;
         let flags = SceneArguments { session: session.clone(), ..scene };
         let mut timing = Timing::start();
         let grid = Grid::new(vary)?;
         let calibrated = calibration.as_deref().map(Calibrated::read).transpose()?;
-        let preferred = preferred_model(calibrated.as_ref(), ensemble);
+        let preferred = match regime && calibrated.is_none() {
+            true => ModelKind::Chain,
+            false => preferred_model(calibrated.as_ref(), ensemble),
+        };
         let mut bench = experiment::read(&flags, &reading, calibrated.as_ref(), preferred)?;
         bench.limits = session.limits();
         let base = base(&mut bench, &grid)?;
         experiment::refuse_wrong_units(&bench, &grid)?;
         session.assumed(&bench.assumptions);
         session.warn(bench.warnings());
-        let ensemble = ensemble.map(|replicates| EnsemblePlan::new(replicates as usize, session.seed()));
-        refuse_excess(&bench, &base, &grid, ensemble.as_ref())?;
+        if regime {
+            regime::window(&base)?;
+        }
+        let each = match ensemble {
+            Some(replicates) => Each::Ensemble(EnsemblePlan::new(replicates as usize, session.seed())),
+            None if regime => Each::Regime(Lanes::new(grid.axes.len() == 1)),
+            None => Each::Single,
+        };
+        refuse_excess(&bench, &base, &grid, each.ensemble())?;
         timing.stage("read");
         let bodies = Bodies::new(session.cache());
-        Ok(Self { bench, base, grid, ensemble, calibrated, bodies, output, session, timing })
+        Ok(Self { bench, base, grid, each, calibrated, bodies, output, session, timing })
     }
 
     fn bar(&self, points: usize) -> Bar<'_> {
@@ -146,7 +163,7 @@ impl Study {
         }
         let watch = self.bar(self.grid.len());
         let build = |overrides: &[String]| self.bench.scene_with(overrides);
-        let outcome = sweep(&self.grid, &build, &self.bodies, self.ensemble.as_ref(), &state.join(RUNS), &watch);
+        let outcome = sweep(&self.grid, &build, &self.bodies, &self.each, &state.join(RUNS), &watch);
         watch.bar.finish_and_clear();
         let runs = match outcome {
             Ok(runs) => runs,
@@ -159,7 +176,7 @@ impl Study {
 
     /// Write and print what came out.
     fn conclude(mut self, runs: &dyn Runs, folder: Option<OutputFolder>) -> anyhow::Result<Outcome> {
-        let table = SweepTable::new(&self.base, &self.grid, runs, self.ensemble.is_some())?;
+        let table = SweepTable::new(&self.base, &self.grid, runs, &self.each)?;
         let session = &self.session;
         let energy = table.energy_warning();
         let summary = table.json(&self.bench, self.calibrated.as_ref(), session.seed())?;
@@ -167,7 +184,9 @@ impl Study {
             let assumptions =
                 self.bench.warnings().iter().chain(&self.bench.assumptions).chain(&energy).cloned().collect();
             let described = summary::described(&self.base, &self.bench.overrides);
-            write(&folder, &table, &summary, (&described, assumptions), &mut self.timing)?;
+            let fit = self.calibrated.as_ref().and_then(|calibrated| calibrated.region.as_ref());
+            let page = table.page(&described, assumptions, fit)?;
+            write(&folder, &table, &summary, page, &mut self.timing)?;
             let place = folder.finish()?;
             session.note(format_args!("written to {}", place.display()));
         }
@@ -191,14 +210,14 @@ impl Divisible for Study {
     }
 
     fn plan(&self) -> anyhow::Result<Vec<u8>> {
-        plan_of(&self.base, &self.grid, self.ensemble.as_ref())
+        plan_of(&self.base, &self.grid, &self.each)
     }
 
     fn run(&self, part: Range<usize>) -> anyhow::Result<Vec<Value>> {
         let build = |overrides: &[String]| self.bench.scene_with(overrides);
         refuse_hopeless(&self.grid, &build)?;
         let watch = self.bar(part.len());
-        let runs = sweep_part(&self.grid, part, &build, &self.bodies, self.ensemble.as_ref(), &watch);
+        let runs = sweep_part(&self.grid, part, &build, &self.bodies, &self.each, &watch);
         watch.bar.finish_and_clear();
         parts::values(&runs.ok_or(Interrupted)?)
     }
@@ -253,7 +272,7 @@ fn write(
     folder: &OutputFolder,
     table: &SweepTable<'_>,
     summary: &impl Serialize,
-    (described, assumptions): (&str, Vec<String>),
+    page: SweepPage<'_>,
     timing: &mut Timing,
 ) -> anyhow::Result<()> {
     folder.write_as_it_comes("sweep.csv", |out| table.csv(out))?;
@@ -262,16 +281,17 @@ fn write(
         Ok(writeln!(out)?)
     })?;
     timing.stage("write");
-    folder.write_all(table.page(described, assumptions).files()?)?;
+    folder.write_all(page.files()?)?;
     timing.stage("figures");
     folder.write(timing::FILE, timing.to_json())?;
     Ok(())
 }
 
 /// Everything that decides what the runs are.
-fn plan_of(base: &Scene, grid: &Grid, ensemble: Option<&EnsemblePlan>) -> anyhow::Result<Vec<u8>> {
+fn plan_of(base: &Scene, grid: &Grid, each: &Each) -> anyhow::Result<Vec<u8>> {
     summary::json(&serde_json::json!({
-        "program": summary::program(), "scene_sha256": summary::scene_digest(base), "grid": grid, "ensemble": ensemble,
+        "program": summary::program(), "scene_sha256": summary::scene_digest(base), "grid": grid, "ensemble": each.ensemble(),
+        "regime": each.is_regime(),
     }))
 }
 

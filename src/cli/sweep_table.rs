@@ -19,13 +19,20 @@ use crate::{
     calibration::bench::Bench,
     measurement::run_log::RunIndex,
     report::{
+        figure::Figure,
         number::{engineering, fixed},
         page::{Column, Table},
+        regime::{self, Fit, Varied},
         sweep::{SweepCurve, SweepPage, SweepPoint, SweepReport},
     },
     response::SMALL_RESIDUAL,
-    scene::{Key, Scene, ValueKind},
-    study::{Axis, Grid, Value, observation::watched, sweep::Run},
+    scene::{Key, ModelKind, Scene, ValueKind},
+    study::{
+        Axis, Grid, Value,
+        observation::watched,
+        steady::{Regime, SteadyMotion},
+        sweep::{Run, Study},
+    },
 };
 
 /// Most rows printed on a terminal.
@@ -39,6 +46,9 @@ const MOST_VALUES: usize = 100;
 
 /// Keys of the pressure metrics, as columns of the CSV file.
 const PRESSURE: [&str; 3] = ["pressure_positive_peak_pa", "pressure_negative_peak_pa", "pressure_level_at_950_khz_db"];
+
+/// Columns of the regime.
+const MOTION: [&str; 2] = ["regime", "broadband_share"];
 
 /// Numbers most looked at: key, name and unit on the page, head on the terminal, shown number over SI number, digits.
 const SHOWN: [(&str, &str, &str, &str, f64, usize); 8] = [
@@ -89,6 +99,8 @@ struct SweepSummary {
     unbalanced: usize,
     /// Whether any run has pressure metrics.
     has_water: bool,
+    /// Regime of every run, and its line at f0/3 over the drive's.
+    regimes: Vec<Option<(Regime, Option<f64>)>>,
     /// The rows of the terminal.
     first: Vec<Run>,
     rows: Vec<(usize, Run)>,
@@ -103,8 +115,9 @@ pub struct SweepTable<'a> {
     runs: &'a dyn Runs,
     /// What one pass over it showed.
     seen: SweepSummary,
-    /// Whether each point has an ensemble.
+    /// Whether each point has an ensemble, or a regime.
     pub ensemble: bool,
+    regime: bool,
 }
 
 /// The points of a grid that differ in the swept axis only.
@@ -115,7 +128,7 @@ struct Slice {
 
 impl<'a> SweepTable<'a> {
     /// Look once through the runs of `grid` over `scene`.
-    pub fn new(scene: &'a Scene, grid: &'a Grid, runs: &'a dyn Runs, ensemble: bool) -> anyhow::Result<Self> {
+    pub fn new(scene: &'a Scene, grid: &'a Grid, runs: &'a dyn Runs, study: &Study) -> anyhow::Result<Self> {
         let is_number = |axis: &Axis| axis.values.iter().all(|value| matches!(value, Value::Number(_)));
         let swept = grid.axes.iter().position(is_number);
         let mut seen = SweepSummary { slices: swept.map(|axis| (axis, Vec::new())), ..SweepSummary::default() };
@@ -123,9 +136,13 @@ impl<'a> SweepTable<'a> {
         runs.each(&mut |index, run| {
             seen.runs += 1;
             seen.failed += usize::from(matches!(run, Run::Failed { .. }));
-            let share = if let Run::Finished { energy_residual, .. } = run { *energy_residual } else { 0.0 };
+            let share = if let Run::Finished { energy_residual: Some(share), .. } = run { *share } else { 0.0 };
             seen.unbalanced += usize::from(share.abs() > SMALL_RESIDUAL);
             seen.has_water |= matches!(run, Run::Finished { pressure_metrics: Some(_), .. });
+            if study.is_regime() {
+                let third = || value(run, "ratio_1/3");
+                seen.regimes.push(motion(run).map(|motion| (motion.regime, third())));
+            }
             if index < MOST_ROWS {
                 seen.first.push(run.clone());
             }
@@ -147,7 +164,8 @@ impl<'a> SweepTable<'a> {
             }
             Ok(())
         })?;
-        Ok(Self { scene, grid, runs, seen, ensemble })
+        let (ensemble, regime) = (study.ensemble().is_some(), study.is_regime());
+        Ok(Self { scene, grid, runs, seen, ensemble, regime })
     }
 
     /// Runs made, and how many of them failed.
@@ -172,6 +190,7 @@ impl<'a> SweepTable<'a> {
     pub fn csv(&self, out: &mut dyn io::Write) -> anyhow::Result<()> {
         let mut header: Vec<String> = self.grid.axes.iter().map(column).collect();
         header.push("status".into());
+        header.extend(MOTION.iter().filter(|_| self.regime).map(|key| (*key).to_owned()));
         for watched in watched() {
             header.push(format!("{}{}", watched.key, watched.suffix));
             if self.ensemble {
@@ -190,6 +209,9 @@ impl<'a> SweepTable<'a> {
             match run {
                 Run::Finished { observation, ensemble, .. } => {
                     cells.push("done".into());
+                    let motion =
+                        motion(run).map(|motion| [motion.regime.to_string(), number(Some(motion.broadband_share))]);
+                    cells.extend(motion.into_iter().flatten());
                     for (at, value) in observation.0.iter().enumerate() {
                         cells.push(number(*value));
                         if self.ensemble {
@@ -255,7 +277,7 @@ impl<'a> SweepTable<'a> {
             .map(|(axis, value)| (axis.key.clone(), json!(value)))
             .collect();
         match run {
-            Run::Finished { observation, pressure_metrics, energy_residual, ensemble } => {
+            Run::Finished { observation, pressure_metrics, energy_residual, ensemble, motion } => {
                 let features: Map<String, Json> = watched()
                     .into_iter()
                     .zip(&observation.0)
@@ -265,6 +287,9 @@ impl<'a> SweepTable<'a> {
                     "values": values, "status": "done", "features": features, "energy_residual": energy_residual,
                     "ensemble": ensemble.as_ref().map(EnsembleTable::new),
                 });
+                if let Some(motion) = motion {
+                    point["motion"] = json!(motion);
+                }
                 if let Some(pressure_metrics) = pressure_metrics {
                     point["pressure"] = json!(pressure_metrics);
                 }
@@ -285,7 +310,46 @@ impl<'a> SweepTable<'a> {
         slices.iter().enumerate().map(figure).collect()
     }
 
-    pub fn page(&'a self, described: &'a str, assumptions: Vec<String>) -> SweepPage<'a> {
+    /// The map of regimes over two varied numbers, or the bifurcation diagram over one.
+    fn regimes(&self, fit: Option<&Fit>) -> anyhow::Result<Option<Figure>> {
+        let varied: Option<Vec<Varied>> = self.grid.axes.iter().map(varied).collect();
+        let (Some(mut varied), true) = (varied, self.regime) else { return Ok(None) };
+        for (varied, _) in varied.iter_mut().zip(&self.grid.axes).filter(|(_, axis)| axis.key == "damping.coefficient")
+        {
+            let term = self.scene.damping.kind.terms().first();
+            varied.unit = term.map_or("1".into(), |term| term.description().dimension.si_unit());
+        }
+        match varied.as_slice() {
+            [x] => {
+                let mut sections: Vec<(f64, Regime, Vec<f64>)> = Vec::new();
+                let stride = x.values.len().div_ceil(MOST_SHOWN);
+                self.runs.each(&mut |index, run| {
+                    if let Some(motion) = motion(run).filter(|_| index % stride == 0) {
+                        sections.push((x.values[index], motion.regime, motion.section.clone()));
+                    }
+                    Ok(())
+                })?;
+                Ok((!sections.is_empty()).then(|| regime::bifurcation(x, &sections)))
+            }
+            [x, y] => {
+                // The last axis runs fastest in the grid, the first in the map.
+                let (columns, rows) = (x.values.len(), y.values.len());
+                let runs: Vec<_> =
+                    (0..rows).flat_map(|row| (0..columns).map(move |column| column * rows + row)).collect();
+                let runs: Vec<_> = runs.into_iter().map(|index| self.seen.regimes[index]).collect();
+                let keys = [0, 1].map(|axis| self.grid.axes[axis].key.as_str());
+                Ok(Some(regime::map(x, y, &runs, fit.filter(|_| keys == ["alpha", "damping.coefficient"]))))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    pub fn page(
+        &'a self,
+        described: &'a str,
+        assumptions: Vec<String>,
+        fit: Option<&Fit>,
+    ) -> anyhow::Result<SweepPage<'a>> {
         let (runs, failed) = self.counts();
         let swept = self.grid.axes.iter().map(|axis| {
             let shown = axis.values.iter().take(MOST_VALUES);
@@ -296,13 +360,14 @@ impl<'a> SweepTable<'a> {
             (axis.key.clone(), values)
         });
         let runs = [("runs".to_owned(), format!("{runs}, {failed} failed"))];
-        SweepPage {
+        Ok(SweepPage {
             scene: (&self.scene.name, described),
             facts: swept.chain(runs).collect(),
+            regimes: self.regimes(fit)?,
             figures: self.figures(),
             table: self.rows(),
             assumptions,
-        }
+        })
     }
 
     /// Runs with the numbers most looked at; `heads` are those of the terminal.
@@ -314,14 +379,27 @@ impl<'a> SweepTable<'a> {
             false => Column::numbers(*name).unit(*unit),
         });
         let row = |(index, run): (usize, &Run)| {
+            let regime = self.regime.then(|| motion(run).map_or("–".into(), |motion| motion.regime.to_string()));
             let numbers = shown().map(|(key, .., factor, digits)| {
                 value(run, key).map_or("–".into(), |value| fixed(factor * value, *digits))
             });
             let remark = if let Run::Failed { reason } = run { format!("failed: {reason}") } else { String::new() };
-            self.grid.values(index).into_iter().map(ToString::to_string).chain(numbers).chain([remark]).collect()
+            self.grid
+                .values(index)
+                .into_iter()
+                .map(ToString::to_string)
+                .chain(regime)
+                .chain(numbers)
+                .chain([remark])
+                .collect()
         };
+        let regime = self.regime.then(|| Column::words("Regime"));
         let remarks = Column::words(if heads { "" } else { "Remark" });
-        Table { caption, columns: axes.chain(numbers).chain([remarks]).collect(), rows: runs.map(row).collect() }
+        Table {
+            caption,
+            columns: axes.chain(regime).chain(numbers).chain([remarks]).collect(),
+            rows: runs.map(row).collect(),
+        }
     }
 
     /// Every run, or of many every so many-th.
@@ -338,10 +416,7 @@ impl<'a> SweepTable<'a> {
 
     fn report(&self, swept: usize, members: &[(usize, Run)], fixed: &[String]) -> SweepReport {
         let axis = &self.grid.axes[swept];
-        let name = match axis.key.as_str() {
-            "alpha" => "Amplitude scale α".into(),
-            key => key.to_owned(),
-        };
+        let name = name(axis);
         let name = if fixed.is_empty() { name } else { format!("{name} at {}", fixed.join(", ")) };
         let curve = |(key, group, name, unit): (&str, &str, &str, &str)| SweepCurve {
             group: group.into(),
@@ -374,10 +449,22 @@ impl<'a> SweepTable<'a> {
             let _ = writeln!(text, "… {} rows more", self.seen.runs - MOST_ROWS);
         }
         if !self.grid.axes.iter().any(|axis| axis.key == "model.kind") {
-            let _ = writeln!(text, "Model {}.", summary::model(self.scene));
+            let lanes = self.regime && self.scene.model.kind == ModelKind::Chain;
+            let model = if lanes {
+                "chain, eight runs side by side at a fixed step".into()
+            } else {
+                summary::model(self.scene)
+            };
+            let _ = writeln!(text, "Model {model}.");
         }
         let below = engineering(self.scene.vibrometer_bandwidth, "Hz", 3);
         let _ = writeln!(text, "Peaks of the last bead below {below}; ratios are amplitudes over the drive line's.");
+        if self.regime {
+            let mut counts: BTreeMap<Regime, usize> = BTreeMap::new();
+            self.seen.regimes.iter().flatten().for_each(|(regime, _)| *counts.entry(*regime).or_default() += 1);
+            let counts: Vec<String> = counts.into_iter().map(|(regime, count)| format!("{regime} {count}")).collect();
+            let _ = writeln!(text, "Runs by regime: {}.", counts.join(", "));
+        }
         if self.seen.has_water {
             text.push_str("Pressure at the first field point; dB: level at 0.95 MHz re the drive's line.\n");
         }
@@ -422,6 +509,10 @@ fn others(grid: &Grid, swept: usize, index: usize) -> Vec<String> {
     values.filter(|(axis, _)| *axis != swept).map(|(_, (axis, value))| format!("{} = {value}", axis.key)).collect()
 }
 
+fn motion(run: &Run) -> Option<&SteadyMotion> {
+    if let Run::Finished { motion, .. } = run { motion.as_ref() } else { None }
+}
+
 /// A number of a run, SI: watched, or a pressure metric.
 fn value(run: &Run, key: &str) -> Option<f64> {
     let Run::Finished { observation, pressure_metrics, .. } = run else { return None };
@@ -431,6 +522,27 @@ fn value(run: &Run, key: &str) -> Option<f64> {
         Some(_) => pressure_metrics.as_ref()?.level_at_950_khz_db,
         None => observation.get(key),
     }
+}
+
+/// An axis for people.
+fn name(axis: &Axis) -> String {
+    match axis.key.as_str() {
+        "alpha" => "Amplitude scale α".into(),
+        "damping.coefficient" => "Damping coefficient".into(),
+        key => key.to_owned(),
+    }
+}
+
+/// An axis of a map: of two ascending numbers or more.
+fn varied(axis: &Axis) -> Option<Varied> {
+    let number = |value: &Value| if let Value::Number(number) = value { Some(*number) } else { None };
+    let values: Vec<f64> = axis.values.iter().map(number).collect::<Option<_>>()?;
+    let ascends = values.len() > 1 && values.windows(2).all(|pair| pair[0] < pair[1]);
+    ascends.then(|| Varied {
+        name: name(axis),
+        unit: unit(axis).filter(|unit| !unit.is_empty()).unwrap_or("1".into()),
+        values,
+    })
 }
 
 /// SI unit of an axis: as the scene knows the key, else as written; `None` for words.

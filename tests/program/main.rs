@@ -8,6 +8,7 @@ mod cli_interrupt;
 mod convert_command;
 mod documents;
 mod fea_replay;
+mod figures;
 #[path = "../harness/mod.rs"]
 mod harness;
 mod hostile_files;

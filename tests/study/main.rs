@@ -2,5 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 mod accuracy;
+mod regime;
 mod report_study;
+mod steady;
 mod study_ensemble;

@@ -6,7 +6,7 @@ use granchain::{
     cli::{self, sweep_table::SweepTable},
     study::{
         Axis, Bodies, EnsemblePlan, Grid,
-        sweep::{Watch, sweep as run_all},
+        sweep::{Study, Watch, sweep as run_all},
     },
 };
 use pyo3::prelude::*;
@@ -49,14 +49,14 @@ fn sweep(
     let done = attend(py, progress.as_ref(), move |attendance| {
         let axes = axes.iter().map(|axis| Axis::parse(axis)).collect::<Result<_, _>>()?;
         let grid = Grid::new(axes)?;
-        let plan = ensemble.map(|replicates| EnsemblePlan::new(replicates, seed));
+        let study = ensemble.map_or(Study::Single, |replicates| Study::Ensemble(EnsemblePlan::new(replicates, seed)));
         let base = cli::sweep::base(&mut bench, &grid)?;
-        cli::sweep::refuse_excess(&bench, &base, &grid, plan.as_ref())?;
+        cli::sweep::refuse_excess(&bench, &base, &grid, study.ensemble())?;
         let place = tempfile::tempdir()?;
         let build = |overrides: &[String]| bench.scene_with(overrides);
         let (bodies, log) = (Bodies::new(cache(cache_folder)), place.path().join("runs.jsonl"));
-        let runs = run_all(&grid, &build, &bodies, plan.as_ref(), &log, &Points(attendance, grid.len() as u64))?;
-        let table = SweepTable::new(&base, &grid, &runs, plan.is_some())?;
+        let runs = run_all(&grid, &build, &bodies, &study, &log, &Points(attendance, grid.len() as u64))?;
+        let table = SweepTable::new(&base, &grid, &runs, &study)?;
         let mut csv = Vec::new();
         table.csv(&mut csv)?;
         anyhow::Ok((String::from_utf8(csv)?, serde_json::to_string(&table.json(&bench, None, seed)?)?))

@@ -7,6 +7,7 @@
 pub mod accuracy;
 pub mod calibration;
 pub mod design;
+pub mod dynamics;
 pub mod figure;
 pub mod hydrophone;
 pub mod interface;
@@ -14,6 +15,7 @@ pub mod mesh;
 pub mod motion;
 pub mod page;
 pub mod pressure;
+pub mod regime;
 pub mod replay;
 pub mod spectrum;
 pub mod sweep;

@@ -2,6 +2,7 @@
 
 use super::{
     calibration::spectrum::{SpectrumCurve, amplitude_panel},
+    dynamics::{ROWS, rows},
     figure::{Axis, Colour, Figure, Layer, Map, PAGE_WIDTH_MM, Panel, Stroke, trace},
     motion::Motion,
     number::{engineering, significant},
@@ -139,8 +140,6 @@ fn response_figure(response: &Response, seen: &Series) -> Figure {
 
 /// Drive periods shown of the pulses in the chain, from the first motion of the last bead on.
 const PERIODS_SHOWN: f64 = 12.0;
-/// Most beads drawn one above the other; of longer chains every second, third … is drawn.
-const ROWS: usize = 24;
 /// Columns of the map of contact forces.
 const MAP_COLUMNS: usize = 400;
 
@@ -154,29 +153,7 @@ fn chain_figure(response: &Response, drive_frequency: f64) -> Option<Figure> {
     let end = (onset + PERIODS_SHOWN / drive_frequency).min(seen.end());
     let time = || Axis::time().range(start, end);
 
-    let beads: Vec<(usize, Series)> = response
-        .bead_velocity
-        .iter()
-        .enumerate()
-        .step_by(response.bead_velocity.len().div_ceil(ROWS).max(1))
-        .map(|(bead, velocity)| (bead, velocity.window(start, end)))
-        .collect();
-    let largest = beads.iter().map(|(_, velocity)| velocity.peak()).fold(0.0, f64::max);
-    if largest <= 0.0 || !(end > start) {
-        return None;
-    }
-    // Half of the largest velocity is one row.
-    let row = 0.5 * largest;
-    let names = (0..beads.len()).map(|index| (index as f64, (beads[index].0 + 1).to_string())).collect();
-    let axis = Axis::new("Bead, counted from the piston", "1").named_ticks(names);
-    let velocities = beads.iter().enumerate().fold(
-        Panel::new(time(), axis).height(22.0 + 7.0 * beads.len() as f64),
-        |panel, (index, (_, velocity))| {
-            let shifted = velocity.map(|value| value / row + index as f64);
-            let colour = if index % 2 == 0 { Colour::Blue } else { Colour::Vermillion };
-            panel.line("", trace(&shifted), Stroke::new(colour).width(0.8))
-        },
-    );
+    let (velocities, row) = rows(response, (start, end))?;
     let velocities = velocities.titled(format!("(a) velocity of the beads, one row is {}", engineering(row, "m/s", 3)));
     let mut figure = Figure::new(format!(
         "Pulses in the chain: velocities of the beads and contact forces until {PERIODS_SHOWN:.0} drive periods after the last bead first moved"

@@ -48,6 +48,8 @@ pub struct SweepPage<'a> {
     pub scene: (&'a str, &'a str),
     /// What was swept, for people: names and values.
     pub facts: Vec<(String, String)>,
+    /// Map of the regimes, or bifurcation diagram.
+    pub regimes: Option<Figure>,
     /// Names and data of the figures.
     pub figures: Vec<(String, SweepReport)>,
     pub table: Table,
@@ -58,7 +60,8 @@ pub struct SweepPage<'a> {
 impl SweepPage<'_> {
     /// `report.html`, and every figure as SVG and PNG beside it.
     pub fn files(self) -> Result<Files, ReportError> {
-        let plates = self.figures.iter().map(|(name, report)| Plate::new(name.clone(), sweep_figure(report))).collect();
+        let figures = self.figures.iter().map(|(name, report)| Plate::new(name.clone(), sweep_figure(report)));
+        let plates = self.regimes.map(|figure| Plate::new("regime", figure)).into_iter().chain(figures).collect();
         let mut blocks = vec![Block::Facts(self.facts), Block::Plates(plates), Block::Table(self.table)];
         blocks.extend(Block::listed("Assumed on the way", self.assumptions));
         let (name, description) = self.scene;

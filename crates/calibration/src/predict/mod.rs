@@ -7,7 +7,9 @@ pub mod grid;
 pub mod observation;
 pub mod predicted;
 pub mod prediction;
+pub mod regime;
 pub mod replicates;
+pub mod steady;
 pub mod sweep;
 
 pub use bodies::Bodies;

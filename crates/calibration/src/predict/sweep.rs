@@ -19,8 +19,10 @@ use super::{
     ensemble::{self, EnsembleOutcome, EnsemblePlan},
     grid::Grid,
     observation::{self, Observation, PressureMetrics, watched},
+    regime::{LANES, Lanes},
+    steady::SteadyMotion,
 };
-use granchain_model::{ModelError, scene::Scene};
+use granchain_model::{ModelError, response::EnergyBalance, scene::Scene};
 use granchain_record::run_log::{RunIndex, RunLog, RunLogError};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,11 +36,14 @@ pub enum Run {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[serde(rename = "heard")]
         pressure_metrics: Option<PressureMetrics>,
-        /// Residual of the energy balance over the largest energy, 1.
-        energy_residual: f64,
+        /// Residual of the energy balance over the largest energy, 1; none of runs side by side.
+        energy_residual: Option<f64>,
         /// Mean, standard deviation and sensitivity, on request.
         #[serde(deserialize_with = "whole_ensemble")]
         ensemble: Option<EnsembleOutcome>,
+        /// How it moves once its transient is over, on request.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        motion: Option<SteadyMotion>,
     },
     Failed {
         reason: String,
@@ -81,6 +86,17 @@ pub enum SweepError {
     OtherGrid { index: usize, points: usize },
 }
 
+/// What is reported of each point of a sweep beside the features of one run.
+#[derive(Debug)]
+pub enum Study {
+    /// Nothing.
+    Single,
+    /// Scatter and sensitivity.
+    Ensemble(EnsemblePlan),
+    /// The regime; the features are those of the steady motion too.
+    Regime(Lanes),
+}
+
 /// Progress of a sweep, reported to its caller.
 pub trait Watch: Sync {
     /// `points` are finished, stored ones included.
@@ -94,7 +110,7 @@ pub trait Watch: Sync {
 ///
 /// - `build`: the scene of a point from its overrides
 /// - `bodies`: where bodies made ready are shared
-/// - `ensemble`: also report scatter and sensitivity at each point
+/// - `study`: what is reported of each point besides
 ///
 /// Returns where the runs lie, so that they need not be in memory together.
 ///
@@ -104,7 +120,7 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     grid: &Grid,
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
     bodies: &Bodies,
-    ensemble: Option<&EnsemblePlan>,
+    study: &Study,
     log_path: &Path,
     watch: &dyn Watch,
 ) -> Result<RunIndex, SweepError> {
@@ -119,10 +135,13 @@ pub fn sweep<E: StdError + Send + Sync + 'static>(
     }
     let finished = AtomicUsize::new(runs.len());
     watch.finished(runs.len());
-    (0..points).into_par_iter().filter(|index| !runs.contains(*index)).try_for_each(|index| {
-        let Some(run) = run_point(&grid.overrides(index), build, bodies, ensemble, watch) else { return Ok(()) };
-        log.keep(index, &run)?;
-        watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+    let missing: Vec<usize> = (0..points).filter(|index| !runs.contains(*index)).collect();
+    missing.par_chunks(study.together()).try_for_each(|chunk| {
+        for (index, run) in chunk.iter().zip(run_points(grid, chunk, build, bodies, study, watch)) {
+            let Some(run) = run else { continue };
+            log.keep(*index, &run)?;
+            watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
+        }
         Ok::<_, RunLogError>(())
     })?;
     let (_, runs) = RunLog::index::<Run>(log_path)?;
@@ -141,17 +160,17 @@ pub fn sweep_part<E: StdError + Send + Sync + 'static>(
     part: Range<usize>,
     build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
     bodies: &Bodies,
-    ensemble: Option<&EnsemblePlan>,
+    study: &Study,
     watch: &dyn Watch,
 ) -> Option<Vec<Run>> {
     let finished = AtomicUsize::new(0);
-    part.into_par_iter()
-        .map(|index| {
-            let run = run_point(&grid.overrides(index), build, bodies, ensemble, watch)?;
-            watch.finished(finished.fetch_add(1, Ordering::Relaxed) + 1);
-            Some(run)
-        })
-        .collect()
+    let points: Vec<usize> = part.collect();
+    let run = |chunk: &[usize]| {
+        let runs = run_points(grid, chunk, build, bodies, study, watch);
+        watch.finished(finished.fetch_add(chunk.len(), Ordering::Relaxed) + chunk.len());
+        runs
+    };
+    points.par_chunks(study.together()).flat_map_iter(run).collect()
 }
 
 /// Refuses a grid whose every point is invalid, such as an unknown key or a wrong unit, before anything runs.
@@ -170,6 +189,42 @@ pub fn refuse_hopeless<E: StdError + Send + Sync + 'static>(
         Some(error) => Err(SweepError::NoValidPoint { points: grid.len(), source: error.into() }),
         None => Ok(()),
     }
+}
+
+impl Study {
+    pub fn ensemble(&self) -> Option<&EnsemblePlan> {
+        if let Self::Ensemble(plan) = self { Some(plan) } else { None }
+    }
+
+    pub fn is_regime(&self) -> bool {
+        matches!(self, Self::Regime(_))
+    }
+
+    /// Points that are run together.
+    fn together(&self) -> usize {
+        if self.is_regime() { LANES } else { 1 }
+    }
+}
+
+/// The runs of some points; `None` when stopped.
+fn run_points<E: StdError + 'static>(
+    grid: &Grid,
+    points: &[usize],
+    build: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
+    bodies: &Bodies,
+    study: &Study,
+    watch: &dyn Watch,
+) -> Vec<Option<Run>> {
+    if let Study::Regime(lanes) = study {
+        let scenes = points.iter().map(|index| build(&grid.overrides(*index)).map_err(|error| error.to_string()));
+        return lanes.run(&scenes.collect::<Vec<_>>(), bodies, &|| !watch.stop());
+    }
+    points.iter().map(|index| run_point(&grid.overrides(*index), build, bodies, study.ensemble(), watch)).collect()
+}
+
+/// Energy unaccounted for over the largest energy, 1; 0 where nothing moved.
+pub(super) fn residual_share(energy: &EnergyBalance) -> f64 {
+    if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 }
 }
 
 /// `None` when stopped.
@@ -194,9 +249,8 @@ fn run_point<E: StdError + 'static>(
         let observation = Observation::of(&observation::measure_response(&scene, &response, &settings)?);
         let pressure_metrics = PressureMetrics::measure(&response, &settings)?;
         let ensemble = ensemble.map(|plan| ensemble::run_on(bodies, &scene, plan)).transpose()?;
-        let energy = &response.energy;
-        let energy_residual = if energy.largest_j > 0.0 { energy.residual_j / energy.largest_j } else { 0.0 };
-        Ok(Some(Run::Finished { observation, pressure_metrics, energy_residual, ensemble }))
+        let energy_residual = Some(residual_share(&response.energy));
+        Ok(Some(Run::Finished { observation, pressure_metrics, energy_residual, ensemble, motion: None }))
     };
     run().unwrap_or_else(|error| Some(Run::Failed { reason: error.to_string() }))
 }

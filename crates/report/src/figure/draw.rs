@@ -13,7 +13,7 @@ use super::{
     clip, contour, decimate,
     font::text_width,
     layout::{self, COLOUR_BAR, COLOUR_BAR_GAP, Frame, LINE, Placed, SAMPLE, Sheet, TEXT, TICK},
-    palette::{shade, signed},
+    palette::{shade, signed, viridis},
 };
 
 const INK: Ink = (30, 30, 30);
@@ -269,7 +269,11 @@ fn heat_map(placed: &Placed<'_>, map: &Map, range: Option<(f64, f64)>, canvas: &
 
 /// Colours of a map whose values lie between these ends.
 fn map_colours(low: f64, high: f64) -> fn(f64) -> Ink {
-    if low < 0.0 && low == -high { signed } else { shade }
+    match low < 0.0 {
+        true if high == 0.0 => viridis,
+        true if low == -high => signed,
+        _ => shade,
+    }
 }
 
 /// Edges half-way between ascending positions, kept inside the frame.

@@ -161,7 +161,7 @@ pub enum Layer {
         stroke: Stroke,
     },
     /// A map with a colour bar: in shades of one hue, dark where the value is large; or, where its range is −x to x, signed: white at zero,
-    /// blue below, red above.
+    /// blue below, red above; or, where it is −x to 0, levels: viridis.
     HeatMap {
         /// What the colour means, with its unit, along the colour bar.
         label: String,

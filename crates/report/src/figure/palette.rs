@@ -15,6 +15,8 @@ pub enum Colour {
     Blue,
     Vermillion,
     Purple,
+    /// For marks on dark maps.
+    White,
 }
 
 impl Colour {
@@ -35,6 +37,7 @@ impl Colour {
             Self::Blue => (0, 114, 178),
             Self::Vermillion => (213, 94, 0),
             Self::Purple => (204, 121, 167),
+            Self::White => (255, 255, 255),
         }
     }
 
@@ -77,6 +80,19 @@ pub(super) fn signed(share: f64) -> (u8, u8, u8) {
         (214.0, 96.0, 77.0),
         (178.0, 24.0, 43.0),
         (103.0, 0.0, 31.0),
+    ];
+    between(&STOPS, share)
+}
+
+/// Viridis at `share` (0 dark violet … 1 yellow), the default of Matplotlib (CC0): even steps look even.
+pub(super) fn viridis(share: f64) -> (u8, u8, u8) {
+    const STOPS: [(f64, f64, f64); 6] = [
+        (68.0, 1.0, 84.0),
+        (65.0, 68.0, 135.0),
+        (42.0, 120.0, 142.0),
+        (34.0, 168.0, 132.0),
+        (122.0, 209.0, 81.0),
+        (253.0, 231.0, 37.0),
     ];
     between(&STOPS, share)
 }
