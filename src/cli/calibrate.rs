@@ -15,7 +15,10 @@ use std::{
 
 use clap::Args;
 
-pub use self::definition::{InMemory, SceneOfPlan};
+pub use self::{
+    definition::{InMemory, SceneOfPlan},
+    page::{Preview, preview},
+};
 use self::{
     definition::refused,
     files::{Files, Stop},

@@ -102,7 +102,13 @@ fn ignored(signal: u8) -> bool {
 }
 
 /// Start listening; called once by the frame.
-#[cfg(not(unix))]
+#[cfg(windows)]
 pub fn watch() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| ask(SIGINT))
+}
+
+/// In a browser nothing asks: a page ends the worker that it runs in.
+#[cfg(not(any(unix, windows)))]
+pub fn watch() -> std::io::Result<()> {
+    Ok(())
 }
