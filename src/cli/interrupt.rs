@@ -66,6 +66,7 @@ pub fn saves_first() {
     SAVES.store(true, Ordering::Relaxed);
 }
 
+#[cfg_attr(not(any(unix, windows)), allow(dead_code, reason = "nothing asks a page"))]
 fn ask(signal: u8) {
     if REQUESTED.swap(signal, Ordering::SeqCst) == 0 {
         if SAVES.load(Ordering::Relaxed) {

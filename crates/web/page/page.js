@@ -63,13 +63,13 @@
       const percent = Math.floor(100 * progress);
       say(percent < 100 ? `fitting, ${percent} %` : "comparing with the record; if the verdict is in doubt, looking for causes …");
     } else if (what === "benches") {
-      if (at("scene").options.length === 0) {
-        const option = ({ name, description }) => element("option", `${name}: ${description}`, { value: name });
-        at("scene").append(...answer.map(option));
-        at("scene").value = "annulus";
-      }
-      if (!busy) ended(files.length ? "" : "ready: choose files");
-      if (!last && files.length) ask("look");
+      // Later workers take over from one that was ended.
+      if (at("scene").options.length > 0) return;
+      const option = ({ name, description }) => element("option", `${name}: ${description}`, { value: name });
+      at("scene").append(...answer.map(option));
+      at("scene").value = "annulus";
+      ended("ready: choose files");
+      ask("look");
     } else if (answer.message !== undefined) {
       ended("");
       refuse(answer);
@@ -99,15 +99,14 @@
       refuse({ message: `expected one or two files, found ${all.length}; choose the last bead's record and the horn's`, fields: [] });
       return;
     }
-    const read = async (file) => file.bytes ? file : { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
+    const read = async (file) => (file instanceof File) ? { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) } : file;
     files = await Promise.all(all.map(read));
     if (files.length === 2 && files[0].name === files[1].name) files[1].name = `2-${files[1].name}`;
     at("horn").replaceChildren(element("option", "found from names, units and spectra", { value: "" }), ...files.map(({ name }) => element("option", name, { value: name })));
     show("roles", files.length === 2);
     const rows = files.map(({ name, bytes }) => element("li", `${name}, ${(bytes.length / 1024).toFixed(0)} KiB`));
-    const again = element("button", "Choose other files", { type: "button", onclick: clear });
-    at("named").replaceChildren(...rows, again);
-    show("named", true);
+    at("named").replaceChildren(...rows);
+    for (const id of ["named", "clear"]) show(id, true);
     show("done", false);
     last = null;
     refuse(null);
@@ -120,7 +119,7 @@
     last = null;
     at("files").value = "";
     for (const id of CHANNEL) at(id).value = at(`tip-${id}`).value = "";
-    for (const id of ["named", "roles", "done", "warned"]) show(id, false);
+    for (const id of ["named", "clear", "roles", "done", "warned"]) show(id, false);
     refuse(null);
     ended("ready: choose files");
     at("files").focus();
@@ -140,7 +139,7 @@
       return element("li", `${role}: ${record.file}, column ${record.value_column} in ${record.value_unit}, ${record.samples} samples at ${rate} MHz, peaks ${peaks.join(" and ")} ${unit}${line}`);
     });
     const open = answer.records.length < 2 ? [element("li", "horn: no record; the piston moves as the bench says, unless you name its channel")] : [];
-    at("named").replaceChildren(...said, ...open, at("named").lastElementChild);
+    at("named").replaceChildren(...said, ...open);
     const columns = (record) => record.columns.filter((name) => name).map((name) => element("option", "", { value: name }));
     at("columns").replaceChildren(...columns(answer.records[0]));
     at("tip-columns").replaceChildren(...columns(answer.records[1] ?? answer.records[0]));
@@ -173,9 +172,11 @@
   // --- answer ---
 
   function report(what, answer) {
-    const page = new DOMParser().parseFromString(answer.html, "text/html");
+    // Its style is this page's.
+    const page = new DOMParser().parseFromString(answer.html.slice(answer.html.indexOf("<body>")), "text/html");
     const parts = [...page.querySelector("main").childNodes, page.getElementById("curves")].filter((part) => part);
     at("result").replaceChildren(...parts.map((part) => document.adoptNode(part)));
+    at("said").textContent = what === "fit" ? "" : answer.text;
     at("assumed").replaceChildren(...answer.assumptions.map((text) => element("li", text)));
     warn(answer.warnings);
     show("done", true);
@@ -223,6 +224,7 @@
     at("fit").focus();
   });
   at("copy").addEventListener("click", copy);
+  at("clear").addEventListener("click", clear);
 
   async function load() {
     at("dry_run").disabled = at("fit").disabled = true;

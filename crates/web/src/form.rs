@@ -59,9 +59,8 @@ fn parsed<A: Args>(flags: &[String]) -> Result<A, Refused> {
 
 /// Words of a field as a shell would take them.
 fn words(label: &str, text: &str) -> Result<Vec<String>, Refused> {
-    shell_words::split(text).map_err(|_| {
-        Refused::new(format!("“{label}”: expected an even number of quotation marks, found `{text}`; close the quotation"))
-    })
+    shell_words::split(text)
+        .map_err(|error| Refused::new(format!("“{label}”: expected words, found `{text}`: {error}; close the quotation")))
 }
 
 impl Form {
