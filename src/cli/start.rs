@@ -95,12 +95,7 @@ impl Files {
 pub struct InMemory<'a>(pub &'a [(PathBuf, Vec<u8>)]);
 
 impl InMemory<'_> {
-    fn read(
-        &self,
-        path: &Path,
-        kind: Option<RecordKind>,
-        options: &ReadOptions,
-    ) -> Result<Record, MeasurementError> {
+    fn read(&self, path: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Result<Record, MeasurementError> {
         match self.0.iter().find(|(name, _)| name == path) {
             Some((_, bytes)) => read_record_bytes(path, bytes, kind, options),
             None => inspect::read(path, kind, options),

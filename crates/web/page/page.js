@@ -132,8 +132,8 @@
     if (answer.horn && !at("horn").value) at("horn").value = answer.horn;
     const said = answer.records.map((record, index) => {
       const rate = (record.sample_rate_hz / 1e6).toPrecision(4);
-      const unit = record.unit;
-      const peaks = [record.positive_peak, record.negative_peak].map((peak) => peak.toPrecision(3).replace("-", "\u2212"));
+      const [factor, unit] = { "m/s": [1e3, "mm/s"], m: [1e6, "µm"], Pa: [1e-3, "kPa"] }[record.unit] ?? [1, record.unit];
+      const peaks = [record.positive_peak, record.negative_peak].map((peak) => (factor * peak).toPrecision(3).replace("-", "\u2212"));
       const line = record.strongest_line_hz ? `, strongest line ${(record.strongest_line_hz / 1e3).toFixed(2)} kHz` : "";
       const role = index ? "horn" : "last bead";
       return element("li", `${role}: ${record.file}, column ${record.value_column} in ${record.value_unit}, ${record.samples} samples at ${rate} MHz, peaks ${peaks.join(" and ")} ${unit}${line}`);

@@ -169,8 +169,7 @@ pub fn fit(form: &Form, progress: impl Fn(u64, u64) + Send + Sync + 'static) -> 
     let schedule = Schedule { bodies: None, saved: Vec::new(), watch };
     let fitted = job.problem.fit(schedule).map_err(anyhow::Error::from)?;
     let mut timing = Timing::start();
-    let Reported { outcome, report } =
-        Reported::of(&job, &fitted, &session, &mut timing, &Stop(Arc::new(|| false)))?;
+    let Reported { outcome, report } = Reported::of(&job, &fitted, &session, &mut timing, &Stop(Arc::new(|| false)))?;
     let text = format!("{}", outcome.best.verdict);
     shown(&job, &report, text, json!(outcome))
 }

@@ -59,8 +59,9 @@ fn parsed<A: Args>(flags: &[String]) -> Result<A, Refused> {
 
 /// Words of a field as a shell would take them.
 fn words(label: &str, text: &str) -> Result<Vec<String>, Refused> {
-    shell_words::split(text)
-        .map_err(|error| Refused::new(format!("“{label}”: expected words, found `{text}`: {error}; close the quotation")))
+    shell_words::split(text).map_err(|error| {
+        Refused::new(format!("“{label}”: expected words, found `{text}`: {error}; close the quotation"))
+    })
 }
 
 impl Form {
@@ -70,7 +71,9 @@ impl Form {
             .map_err(|error| Refused::new(format!("the page sent what is no form: {error}; load the page again")))?;
         let bytes: Vec<_> = std::iter::once(first).chain(second).collect();
         if form.files.len() != bytes.len() {
-            return Err(Refused::new("the page sent names and files that differ in number; load the page again".into()));
+            return Err(Refused::new(
+                "the page sent names and files that differ in number; load the page again".into(),
+            ));
         }
         Ok(Self { bytes, ..form })
     }
@@ -119,7 +122,9 @@ impl Form {
         let horn_is_first = self.files.len() > 1 && self.files[0] == self.horn;
         let bead = usize::from(horn_is_first);
         let (Some(measured), Some(bytes)) = (self.files.get(bead), self.bytes.get(bead)) else {
-            return Err(Refused::new("expected the records of last bead and horn, found no file; drop or choose them".into()));
+            return Err(Refused::new(
+                "expected the records of last bead and horn, found no file; drop or choose them".into(),
+            ));
         };
         let mut flags = vec![format!("--measured={measured}")];
         let drive = if self.files.len() > 1 {
@@ -133,7 +138,8 @@ impl Form {
             Some(bytes.clone())
         };
         flags.extend(self.reading()?);
-        for (name, value) in [("scene", &self.scene), ("drive-frequency", &self.frequency), ("damping", &self.damping)] {
+        for (name, value) in [("scene", &self.scene), ("drive-frequency", &self.frequency), ("damping", &self.damping)]
+        {
             if !value.trim().is_empty() {
                 flags.push(format!("--{name}={}", value.trim()));
             }
@@ -171,7 +177,12 @@ mod tests {
     #[test]
     fn fields_are_the_flags_that_do_the_same() {
         let tip = Channel { channel: "CH1".into(), scale: "2 um/V".into(), ..Channel::default() };
-        let bead = Channel { channel: "CH2".into(), scale: "125 mm/s/V".into(), keys: "delay=4us 'missing=interpolate'".into(), ..Channel::default() };
+        let bead = Channel {
+            channel: "CH2".into(),
+            scale: "125 mm/s/V".into(),
+            keys: "delay=4us 'missing=interpolate'".into(),
+            ..Channel::default()
+        };
         let form = Form {
             files: vec!["scope 1.csv".into()],
             bytes: vec![b"x".to_vec()],

@@ -151,7 +151,10 @@ mod tests {
             ("pass --scale '<VALUE> mm/s/V'", "enter “Sensitivity, bead” '<VALUE> mm/s/V'"),
             ("choose one with --drive-read channel", "choose one with “Channel of the horn”"),
             ("pass --drive-read scale='2 um/V' or not", "enter “Sensitivity, horn” '2 um/V' or not"),
-            ("--drive-read time_unit=us, --read delay=4us", "“More on the horn's file” time_unit=us, “More on the bead's file” delay=4us"),
+            (
+                "--drive-read time_unit=us, --read delay=4us",
+                "“More on the horn's file” time_unit=us, “More on the bead's file” delay=4us",
+            ),
             ("--drive-frequency; --drive", "“Drive frequency”; “Which file is the horn's”"),
             ("a larger --evaluations -- or", "a larger “Further flags” --evaluations -- or"),
             ("invalid value 'x' for '--unit <UNIT>': expected", "invalid value 'x' for '“Unit of the bead”': expected"),
@@ -163,8 +166,11 @@ mod tests {
 
     #[test]
     fn a_remedy_fills_in_what_it_knows_and_asks_for_the_rest() {
-        let fill = Fill::of("--channel 'CH2 (V)' --scale '<VALUE> mm/s/V' --drive-read channel=CH1 --read time_unit=us");
-        let pairs = |of: &BTreeMap<&'static str, String>| of.iter().map(|(id, value)| format!("{id}: {value}")).collect::<Vec<_>>();
+        let fill =
+            Fill::of("--channel 'CH2 (V)' --scale '<VALUE> mm/s/V' --drive-read channel=CH1 --read time_unit=us");
+        let pairs = |of: &BTreeMap<&'static str, String>| {
+            of.iter().map(|(id, value)| format!("{id}: {value}")).collect::<Vec<_>>()
+        };
         assert_eq!(pairs(&fill.filled), ["channel: CH2 (V)", "keys: time_unit=us", "tip-channel: CH1"]);
         assert_eq!(pairs(&fill.open), ["scale: <VALUE> mm/s/V"]);
     }
