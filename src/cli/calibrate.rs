@@ -15,10 +15,13 @@ use std::{
 
 use clap::Args;
 
-pub use self::definition::{InMemory, SceneOfPlan};
 use self::{
     definition::refused,
     files::{Files, Stop},
+};
+pub use self::{
+    definition::{InMemory, SceneOfPlan},
+    page::{Preview, preview},
 };
 use super::{
     Outcome,

@@ -124,7 +124,7 @@ fn horn_frequency(record: &Record) -> Option<f64> {
 
 /// The JSON form; SI with the unit in the key.
 #[derive(Debug, Serialize)]
-struct Summary {
+pub struct Summary {
     file: String,
     sha256: String,
     kind: RecordKind,
@@ -162,7 +162,8 @@ struct Summary {
 }
 
 impl Summary {
-    fn of(record: &Record, beside: Option<f64>) -> Self {
+    /// `beside`: the drive frequency (Hz) of a horn-tip record beside it.
+    pub fn of(record: &Record, beside: Option<f64>) -> Self {
         let values = &record.series.values;
         let peak = record.series.peak();
         let noise = (record.noise_source != NoiseSource::Unknown).then_some(record.noise_rms);

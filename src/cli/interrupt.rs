@@ -66,6 +66,7 @@ pub fn saves_first() {
     SAVES.store(true, Ordering::Relaxed);
 }
 
+#[cfg_attr(not(any(unix, windows)), allow(dead_code, reason = "nothing asks a page"))]
 fn ask(signal: u8) {
     if REQUESTED.swap(signal, Ordering::SeqCst) == 0 {
         if SAVES.load(Ordering::Relaxed) {
@@ -102,7 +103,13 @@ fn ignored(signal: u8) -> bool {
 }
 
 /// Start listening; called once by the frame.
-#[cfg(not(unix))]
+#[cfg(windows)]
 pub fn watch() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| ask(SIGINT))
+}
+
+/// In a browser nothing asks: a page ends the worker that it runs in.
+#[cfg(not(any(unix, windows)))]
+pub fn watch() -> std::io::Result<()> {
+    Ok(())
 }

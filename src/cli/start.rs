@@ -29,7 +29,7 @@ use crate::{
         parameter::Parameter,
         plan::{Plan, ReadAs, ReadRequest, RecordPlan},
     },
-    measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record, shell_word},
+    measurement::{MeasurementError, ReadOptions, Record, RecordKind, Sensitivity, read_record_bytes, shell_word},
     scene::{self, DampingKind, ModelKind, Scene},
     signal::{
         Dimension,
@@ -75,10 +75,32 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
 const OUT: &str = " with --out";
 
 /// The files of a bench, read.
-struct Files {
-    bead: Record,
-    horn: Option<Record>,
-    why: String,
+pub struct Files {
+    pub bead: Record,
+    pub horn: Option<Record>,
+    /// How the two were distinguished.
+    pub why: String,
+}
+
+impl Files {
+    /// Why the two may be swapped.
+    pub fn swapped(&self) -> Option<String> {
+        let horn = self.horn.as_ref().filter(|_| self.bead.kind == RecordKind::Vibrometer)?;
+        let why = swapped(&self.bead, &horn.path, horn.strongest_line()?, &horn.series)?;
+        Some(format!("{}: {why}: exchange the two files or channels if so", self.bead.path.display()))
+    }
+}
+
+/// Files that are in memory, by the name that stands for each; any other is on the disk.
+pub struct InMemory<'a>(pub &'a [(PathBuf, Vec<u8>)]);
+
+impl InMemory<'_> {
+    fn read(&self, path: &Path, kind: Option<RecordKind>, options: &ReadOptions) -> Result<Record, MeasurementError> {
+        match self.0.iter().find(|(name, _)| name == path) {
+            Some((_, bytes)) => read_record_bytes(path, bytes, kind, options),
+            None => inspect::read(path, kind, options),
+        }
+    }
 }
 
 fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::Result<Outcome> {
@@ -87,7 +109,7 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
     named.iter().try_for_each(|named| refuse_hits(&named.scene))?;
     let picture = arguments.out.with_extension("png");
     [&arguments.out, &picture].into_iter().try_for_each(|path| refuse_existing(path, OUT))?;
-    let files = read(arguments)?;
+    let files = read(arguments, &InMemory(&[]))?;
     let Files { bead, horn, .. } = &files;
     let usual = if bead.kind == RecordKind::Hydrophone { "water" } else { "annulus" };
     let name = arguments.scene.as_deref().unwrap_or(usual);
@@ -111,10 +133,7 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
         inspect::warn(record, session);
     }
     let frequency = horn.as_ref().and_then(Record::strongest_line);
-    let suspect = horn.as_ref().zip(frequency).filter(|_| bead.kind == RecordKind::Vibrometer);
-    let suspect = suspect.and_then(|(horn, frequency)| swapped(bead, &horn.path, frequency, &horn.series));
-    session
-        .warn(suspect.map(|why| format!("{}: {why}: exchange the two files or channels if so", bead.path.display())));
+    session.warn(files.swapped());
     let text = summary(arguments, &files, (name, &loaded.scene), drawn.as_deref())?;
     session.result(
         text,
@@ -127,8 +146,8 @@ fn begin(arguments: &Arguments, words: &[String], session: &Session) -> anyhow::
 }
 
 /// Read the record to be fitted and the horn's; missing metadata of both is listed at once.
-fn read(arguments: &Arguments) -> anyhow::Result<Files> {
-    let (measured, horn, why) = roles(arguments)?;
+pub fn read(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<Files> {
+    let (measured, horn, why) = roles(arguments, in_memory)?;
     let record = RecordPlan { measured, ..RecordPlan::default() };
     let request = ReadRequest {
         measured: arguments.reading.options(None),
@@ -139,10 +158,10 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     let own_file = drive.as_ref().is_none_or(|(file, ..)| *file == record.measured);
     let (mut unread_bead, mut unread_horn) = (None, None);
     let open = options.clone();
-    let bead = match inspect::read(&record.measured, None, &options) {
+    let bead = match in_memory.read(&record.measured, None, &options) {
         Ok(probe) => {
             let kind = if probe.kind == RecordKind::Hydrophone { probe.kind } else { RecordKind::Vibrometer };
-            read_record(&record.measured, kind, &arguments.reading.filled(kind, options)?)
+            in_memory.read(&record.measured, Some(kind), &arguments.reading.filled(kind, options)?)
         }
         Err(error) => Err(error),
     };
@@ -150,7 +169,8 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
     let horn = match drive {
         Some((file, options, _)) => {
             let options = arguments.reading.filled(RecordKind::HornTip, options)?;
-            read_record(&file, RecordKind::HornTip, &options).map_err(|error| unread_horn = Some(error)).ok()
+            let read = in_memory.read(&file, Some(RecordKind::HornTip), &options);
+            read.map_err(|error| unread_horn = Some(error)).ok()
         }
         None => None,
     };
@@ -158,14 +178,14 @@ fn read(arguments: &Arguments) -> anyhow::Result<Files> {
         (Some(bead), _, None) => Ok(Files { bead, horn, why }),
         (_, Some(error), None) if own_file && horn.is_none() => {
             let file = &record.measured;
-            Err(Unread::of_one(error, |columns| is_horn_first(file, columns, &open))?.into())
+            Err(Unread::of_one(error, |columns| is_horn_first(in_memory, file, columns, &open))?.into())
         }
         (_, bead, horn) => Err(Unread::of(bead, horn, None)?.into()),
     }
 }
 
 /// The record to be fitted, that of the horn's tip where it is another file, and how they were distinguished.
-fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, String)> {
+fn roles(arguments: &Arguments, in_memory: &InMemory) -> anyhow::Result<(PathBuf, Option<PathBuf>, String)> {
     let [first, second] = match &arguments.files[..] {
         [only] => return Ok((only.clone(), arguments.horn.clone(), "one file".into())),
         [first, second, ..] => [first, second],
@@ -182,7 +202,7 @@ fn roles(arguments: &Arguments) -> anyhow::Result<(PathBuf, Option<PathBuf>, Str
         return apart(horn == first, "named with --horn".into());
     }
     let options = arguments.reading.options(None);
-    let records = match [first, second].map(|file| inspect::read(file, None, &options)) {
+    let records = match [first, second].map(|file| in_memory.read(file, None, &options)) {
         [Ok(first), Ok(second)] => [first, second],
         unread => return Err(unidentified([first, second], unread.map(Result::err))?.into()),
     };
@@ -224,7 +244,7 @@ fn unidentified(files: [&PathBuf; 2], [first, second]: [Option<MeasurementError>
 
 /// Whether the first of two columns is a sine and the second is not: a horn moves as a sine, the last bead in impulses. Read as volts of any
 /// sensitivity, or as a velocity, for the shape alone.
-fn is_horn_first(file: &Path, columns: [&str; 2], options: &ReadOptions) -> bool {
+fn is_horn_first(in_memory: &InMemory, file: &Path, columns: [&str; 2], options: &ReadOptions) -> bool {
     let share = |column: &str| {
         let of = |unit: Option<&str>, scale: Option<&str>| ReadOptions {
             column: Some(column.into()),
@@ -233,7 +253,7 @@ fn is_horn_first(file: &Path, columns: [&str; 2], options: &ReadOptions) -> bool
             ..options.clone()
         };
         let ways = [of(None, None), of(None, Some("1 m/s/V")), of(Some("m/s"), None)];
-        let read = ways.iter().find_map(|options| read_record(file, RecordKind::Vibrometer, options).ok());
+        let read = ways.iter().find_map(|way| in_memory.read(file, Some(RecordKind::Vibrometer), way).ok());
         read.as_ref().map(share_of_strongest_line)
     };
     let [first, second] = columns.map(share);

@@ -1,8 +1,7 @@
 //! `timing.json`: the only file that holds times and memory, so that all others are the same bytes on every machine.
 
-use std::time::Instant;
-
 use serde_json::{Map, Value, json};
+use web_time::Instant;
 
 pub const FILE: &str = "timing.json";
 

@@ -1,9 +1,8 @@
 //! One candidate on all its fidelity levels: searched on the chain, then corrected level by level.
 
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
+
+use web_time::Instant;
 
 use super::{
     agreement::DOUBTFUL,

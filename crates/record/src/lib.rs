@@ -61,7 +61,7 @@ pub use mask::{MaskError, MaskReason, Masked, Masking};
 pub use noise::NoiseSource;
 pub use options::{Baseline, Missing, ReadOptions, RecordKind};
 pub use place::{Place, line_of};
-pub use read::{horn_column, inspect_record, read_head, read_record, read_record_bytes};
+pub use read::{horn_column, horn_column_of, inspect_record, read_head, read_record, read_record_bytes};
 pub use reading::{BenchReadings, BenchReadingsError, Reading, ReadingError};
 pub use record::{Record, RecordedQuantity};
 pub use sampling::SAMPLING_TOLERANCE;

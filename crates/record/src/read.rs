@@ -43,7 +43,12 @@ pub fn inspect_record(path: &Path, options: &ReadOptions) -> Result<Record, Meas
 /// several.
 #[must_use]
 pub fn horn_column(path: &Path, options: &ReadOptions) -> Option<String> {
-    let (mut head, _) = read_head(path).ok()?;
+    horn_column_of(path, read_head(path).ok()?.0, options)
+}
+
+/// The same of the first bytes of a file.
+#[must_use]
+pub fn horn_column_of(path: &Path, mut head: Vec<u8>, options: &ReadOptions) -> Option<String> {
     let end = head.iter().rposition(|byte| matches!(byte, b'\n' | b'\r'))?;
     head.truncate(end + 1);
     if universal::is_universal(&head) || binary::is_binary(path, &head) {

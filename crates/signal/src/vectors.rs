@@ -1,6 +1,6 @@
 //! Loops compiled for the vector instructions of the machine.
 
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(target_arch = "x86_64", target_arch = "wasm32")))]
 use pulp::Arch;
 use pulp::{NullaryFnOnce, WithSimd};
 
@@ -13,7 +13,10 @@ pub fn widest<Op: NullaryFnOnce>(op: Op) -> Op::Output {
         (None, Some(four)) => four.vectorize(op),
         (None, None) => op.call(),
     };
-    #[cfg(not(target_arch = "x86_64"))]
+    // A module is compiled for its vectors as a whole: a choice would only compile everything twice.
+    #[cfg(target_arch = "wasm32")]
+    return op.call();
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "wasm32")))]
     Arch::new().dispatch(op)
 }
 
@@ -24,6 +27,8 @@ pub fn of_four<Op: WithSimd>(op: Op) -> Op::Output {
         Some(four) => pulp::Simd::vectorize(four, op),
         None => pulp::Simd::vectorize(pulp::Scalar, op),
     };
-    #[cfg(not(target_arch = "x86_64"))]
+    #[cfg(target_arch = "wasm32")]
+    return pulp::Simd::vectorize(pulp::Scalar, op);
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "wasm32")))]
     Arch::new().dispatch(op)
 }

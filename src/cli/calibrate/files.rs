@@ -6,7 +6,7 @@ use super::{Job, ended, manifest, page};
 use crate::{
     calibration::{Fitted, Schedule, fingerprints, ladder::SavedFit, outcome::CalibrationOutcome},
     cli::{arguments::Session, forecast::Forecast, interrupt, progress, summary, timing::Timing},
-    report,
+    report::{self, calibration::CalibrationReport},
     scene::ModelKind,
     study::predicted::Predictions,
 };
@@ -58,8 +58,14 @@ pub fn fitted(job: &Job, saved: Vec<SavedFit>, session: &Session, timing: &mut T
     Ok(fitted)
 }
 
-impl Files {
-    /// Run the answer with the accurate integrator, hold it against the records, and make every file.
+/// The outcome of a fit, and the report on it.
+pub struct Reported {
+    pub outcome: CalibrationOutcome,
+    pub report: CalibrationReport,
+}
+
+impl Reported {
+    /// Run the answer with the accurate integrator, and hold it against the records.
     pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
         stop.check()?;
         let problem = &job.problem;
@@ -80,9 +86,17 @@ impl Files {
         }
         let outcome = CalibrationOutcome { program: job.program.clone(), ..predicted.outcome(problem, fitted) };
         let report = page::report(job, fitted, &predicted, &outcome);
+        Ok(Self { outcome, report })
+    }
+}
+
+impl Files {
+    /// Every file on a fit.
+    pub fn of(job: &Job, fitted: &Fitted, session: &Session, timing: &mut Timing, stop: &Stop) -> anyhow::Result<Self> {
+        let Reported { outcome, report } = Reported::of(job, fitted, session, timing, stop)?;
         let mut files: report::page::Files = vec![("calibration.json".into(), summary::json(&outcome)?)];
         files.extend(report.files()?);
-        files.push((fingerprints::FILE.into(), fitted.fingerprints(problem)?));
+        files.push((fingerprints::FILE.into(), fitted.fingerprints(&job.problem)?));
         let manifest = manifest::Manifest::of(job, &files)?;
         files.push((manifest::FILE.into(), summary::json(&manifest)?));
         timing.stage("report");

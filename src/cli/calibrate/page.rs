@@ -245,8 +245,16 @@ fn pair_map(parameters: [&Parameter; 2], posterior: &Posterior) -> DensityMap {
 /// What a dry run measured of the uncalibrated response.
 const DRY_RUN: &str = "dry-run.json";
 
-/// Draw drive, record and the uncalibrated response, before any fit.
-pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
+/// Drive, record and the uncalibrated response, before any fit.
+pub struct Preview {
+    pub report: CalibrationReport,
+    pub features: Features,
+    /// In two lines.
+    pub text: String,
+}
+
+/// Run the scene as it is given, and hold it against the record.
+pub fn preview(job: &Job) -> anyhow::Result<Preview> {
     let problem = &job.problem;
     let plan = EnsemblePlan::new(2, problem.seed);
     let mut scene = problem.candidates[0].scene().clone();
@@ -258,16 +266,6 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     for row in &mut report.bench.rows {
         row.origin = row.origin.replace("fitted", "to be fitted");
     }
-    if target.join("calibration.json").exists() {
-        anyhow::bail!(
-            "{}: holds a calibration, which a dry run does not replace; name another folder with --out",
-            target.display()
-        );
-    }
-    let folder = OutputFolder::stage(target, &page_results(DRY_RUN), force)?;
-    folder.write_all(report.preview()?)?;
-    folder.write(DRY_RUN, summary::json(&prediction.simulated_features)?)?;
-    let place = folder.finish()?;
     let window: Window = prediction.window;
     let peaks = |features: &Features| {
         let Peaks { positive, negative, .. } = features.peaks;
@@ -284,14 +282,29 @@ pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyh
     let compared =
         format!(", record {}, correlation {:.2}", peaks(&recorded.features), recorded.similarity.correlation);
     let text = format!(
-        "Nothing was fitted. Uncalibrated response of the chain at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs. Figures: {}\n",
+        "Nothing was fitted. Uncalibrated response of the chain at α = {}: peaks {}{compared}\nin the window {:.0} … {:.0} µs.",
         significant(scene.amplitude_scale, 3),
         peaks(&prediction.simulated_features),
         window.from * 1e6,
-        window.to * 1e6,
-        place.display()
+        window.to * 1e6
     );
-    session.result(text, &prediction.simulated_features)?;
+    Ok(Preview { report, features: prediction.simulated_features, text })
+}
+
+/// The same, written into a folder.
+pub fn dry_run(job: &Job, target: &Path, force: bool, session: &Session) -> anyhow::Result<Outcome> {
+    let Preview { report, features, text } = preview(job)?;
+    if target.join("calibration.json").exists() {
+        anyhow::bail!(
+            "{}: holds a calibration, which a dry run does not replace; name another folder with --out",
+            target.display()
+        );
+    }
+    let folder = OutputFolder::stage(target, &page_results(DRY_RUN), force)?;
+    folder.write_all(report.preview()?)?;
+    folder.write(DRY_RUN, summary::json(&features)?)?;
+    let place = folder.finish()?;
+    session.result(format!("{text} Figures: {}\n", place.display()), &features)?;
     Ok(Outcome::Done)
 }
 

@@ -1,6 +1,8 @@
 //! Where the time of a run goes. Times never enter a response: they differ from run to run.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use web_time::Instant;
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Profile {

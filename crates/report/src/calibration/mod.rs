@@ -38,6 +38,15 @@ impl CalibrationReport {
         content::preview(self).files()
     }
 
+    /// `report.html` alone: with laws that of the fit, else that of a dry run.
+    pub fn html(&self) -> Result<String, ReportError> {
+        if self.laws.is_empty() {
+            return content::preview(self).html();
+        }
+        self.check()?;
+        content::page(self).html()
+    }
+
     /// JSON has no NaN and a reader no use for one: refuse before anything is written.
     fn check(&self) -> Result<(), ReportError> {
         if self.outcome.laws.is_empty() || self.laws.len() != self.outcome.laws.len() {

@@ -170,6 +170,11 @@ impl Page {
         Ok(files)
     }
 
+    /// `report.html` alone.
+    pub(crate) fn html(&self) -> Result<String, ReportError> {
+        Ok(html::render(self, &self.drawn()?))
+    }
+
     /// `report.html`, and every figure as `NAME.svg` and `NAME.png` beside it.
     pub(crate) fn files_beside(&self) -> Result<Files, ReportError> {
         let drawn = self.drawn()?;

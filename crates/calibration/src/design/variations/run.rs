@@ -1,6 +1,6 @@
 //! One run of a scene on one thread, and what it takes.
 
-use std::time::Instant;
+use web_time::Instant;
 
 use crate::{engine::trace, predict::replicates::Watch};
 use granchain_model::{ModelError, Prepared, prepare_with, reduced::Cache, scene::Scene};
