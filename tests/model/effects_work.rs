@@ -78,6 +78,7 @@ const NONE: SolverWork = SolverWork {
     events: 0,
     factorisations: 0,
     contact_sweeps: 0,
+    most_contact_sweeps: 0,
     active_sets: 0,
     solves: 0,
     acoustic_unknowns: 0,
