@@ -62,7 +62,7 @@ pub enum JointError {
 }
 
 /// Refuses records at different drive frequencies: α holds at one frequency, and features are taken at its multiples.
-pub(crate) fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointError> {
+pub fn at_one_frequency(stated: &[StatedFrequency]) -> Result<(), JointError> {
     let Some((expected, others)) = stated.split_first() else { return Ok(()) };
     let differs = |found: &&StatedFrequency| (found.frequency / expected.frequency - 1.0).abs() > SAME_FREQUENCY;
     match others.iter().find(differs) {

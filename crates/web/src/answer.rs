@@ -1,11 +1,15 @@
 //! What the page asks for: the calls of `granchain start` and `granchain calibrate`.
 
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 use granchain::{
-    calibration::Schedule,
+    calibration::{
+        Schedule,
+        multi_record::{StatedFrequency, at_one_frequency},
+    },
     cli::{
         self,
+        arguments::Session,
         calibrate::{
             Job, Preview,
             files::{Reported, Stop},
@@ -15,6 +19,7 @@ use granchain::{
         start,
         timing::Timing,
     },
+    measurement::drive_frequency_line,
     report::calibration::CalibrationReport,
     scene::{self, BUILT_IN},
 };
@@ -115,7 +120,7 @@ pub fn look(form: &Form) -> Result<Looked, Refused> {
         warnings,
         command: form.command()?,
         horn: horn.filter(|_| form.files.len() > 1),
-        why: found.why,
+        why: in_page_words(&found.why),
         tip_channel,
     })
 }
@@ -144,23 +149,42 @@ fn shown(job: &Job, report: &CalibrationReport, text: String, result: Value) -> 
     })
 }
 
-fn job(form: &Form) -> Result<Job, Refused> {
+fn job(form: &Form) -> Result<(Job, Session), Refused> {
     let (arguments, typed, in_memory) = form.calibrate()?;
-    Ok(prepare(arguments, typed, &in_memory)?)
+    let session = arguments.session.clone();
+    let job = prepare(arguments, typed, &in_memory)?;
+    check_frequency(form, &job)?;
+    Ok((job, session))
+}
+
+/// Refuses a record whose header states another frequency than the horn's. The program reads the header for it, of a file on the disk.
+fn check_frequency(form: &Form, job: &Job) -> Result<(), Refused> {
+    let run = job.problem.lead();
+    let Some(drive) = &run.bench.drive else { return Ok(()) };
+    let files = form.files();
+    let line = |path: &Path| {
+        let (_, bytes) = files.iter().find(|(name, _)| name == path)?;
+        drive_frequency_line(&String::from_utf8_lossy(bytes))
+    };
+    let stated = |path: &Path, line, frequency| StatedFrequency { path: path.into(), line, frequency };
+    let horn = &drive.input.path;
+    let of_horn = stated(horn, line(horn).map(|(line, _)| line), drive.motion.drive_frequency);
+    let bead = run.measured.path();
+    let of_bead = line(bead).map(|(line, frequency)| stated(bead, Some(line), frequency));
+    let both: Vec<_> = std::iter::once(of_horn).chain(of_bead).collect();
+    Ok(at_one_frequency(&both).map_err(anyhow::Error::from)?)
 }
 
 /// The unfitted chain against the record.
 pub fn dry_run(form: &Form) -> Result<Shown, Refused> {
-    let job = job(form)?;
+    let (job, _) = job(form)?;
     let Preview { report, features, text } = preview(&job)?;
     shown(&job, &report, text, json!(features))
 }
 
 /// Fit, confirm, report; `progress` hears how much of how much is done.
 pub fn fit(form: &Form, progress: impl Fn(u64, u64) + Send + Sync + 'static) -> Result<Shown, Refused> {
-    let (arguments, typed, in_memory) = form.calibrate()?;
-    let session = arguments.session.clone();
-    let job = prepare(arguments, typed, &in_memory)?;
+    let (job, session) = job(form)?;
     let work = job.problem.work();
     let watch = Arc::new(move |done| {
         progress(done, work);

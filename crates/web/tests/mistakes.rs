@@ -73,7 +73,10 @@ fn the_commonest_mistakes_are_answered_with_place_and_remedy_in_the_pages_words(
     let swapped = Form { horn: "vib.csv".into(), ..form(&bead, &horn) };
     says(
         &swapped,
-        &["vib.csv:4: expected a strongest line at the drive frequency of 73.0000 kHz", "are the two files swapped?"],
+        &[
+            "horn_tip.csv:3: column `displacement_nm`: expected a velocity, found the unit `nm` of a length",
+            "“Which file is the horn's”: are the two files swapped?",
+        ],
     );
     // The horn of another experiment.
     let slower =
