@@ -95,6 +95,8 @@ fn assemble(
         .drive
         .first()
         .map(std::path::PathBuf::as_path)
+        // The scene's own drive.
+        .filter(|file| file.as_os_str() != "none")
         .or(drive_of_fit.map(|drive| drive.input.path.as_path()));
     if drive.is_none() {
         overrides.extend(arguments.drive_frequency.map(|frequency| format!("drive.frequency={frequency}")));

@@ -110,13 +110,15 @@ const LEVELS: f64 = 400.0;
 /// Velocities (m/s) of the last bead once a drive period, over one parameter; each run with its regime, in the order of the values.
 #[must_use]
 pub fn bifurcation(x: &Varied, runs: &[(f64, Regime, Vec<f64>)]) -> Figure {
-    let (low, high) = extent(runs.iter().flat_map(|(.., section)| section.iter().copied()));
+    // A slow transient may reach into the first half.
+    let late = |section: &[f64]| section[section.len() / 2..].to_vec();
+    let (low, high) = extent(runs.iter().flat_map(|(.., section)| late(section)));
     let edges = x.edges();
     let half = 0.4 * x.values.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let mut strokes: [Vec<Vec<(f64, f64)>>; CLASSES.len()] = Default::default();
     for (at, regime, section) in runs {
         let step = ((high - low) / LEVELS).max(f64::MIN_POSITIVE);
-        let mut levels: Vec<i64> = section.iter().map(|value| ((value - low) / step).round() as i64).collect();
+        let mut levels: Vec<i64> = late(section).iter().map(|value| ((value - low) / step).round() as i64).collect();
         levels.sort_unstable();
         levels.dedup();
         let mark = |level: i64| low + level as f64 * step;
