@@ -239,8 +239,7 @@ fn check(session: &Session, name: &str, set: &[String], scene: &Scene) -> anyhow
     let margins = margins::of(session, name, set, scene)?;
     text += &margins::section(&margins);
     let rows: Vec<Value> = derived.iter().map(|(label, value)| json!({ "name": label, "value": value })).collect();
-    let all =
-        json!({ "scene": scene.name, "valid": true, "derived": rows, "effects": effects, "margins": margins });
+    let all = json!({ "scene": scene.name, "valid": true, "derived": rows, "effects": effects, "margins": margins });
     session.result(text, &all)
 }
 

@@ -41,7 +41,8 @@ fn the_answer_of_the_upper_level_stands_beside_the_chains_and_survives_ctrl_c() 
 
     let page = fs::read_to_string(bench.path("whole/report.html")).unwrap();
     assert!(page.contains("How far the models differ") && page.contains("each round of runs was re-centred"));
-    let timed = page.split("<!-- times -->").nth(1).and_then(|rest| rest.split("<!-- end of times -->").next()).unwrap();
+    let timed =
+        page.split("<!-- times -->").nth(1).and_then(|rest| rest.split("<!-- end of times -->").next()).unwrap();
     assert!(page.contains("What accuracy cost") && timed.contains(">chain<") && timed.contains(">reduced<"), "{timed}");
     assert!(bench.path("whole/figures/rungs-linear.svg").is_file(), "{:?}", bench.tree());
     assert_eq!(fs::read_to_string(bench.path("whole/runs-linear-chain.csv")).unwrap().lines().count(), 201);

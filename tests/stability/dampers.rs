@@ -65,5 +65,10 @@ pub(super) fn inelastic(room: &mut Room<'_>) {
     room.check(name, ((first + second) / hit.before - 1.0).abs(), Limit::AtMost(ringing), "1");
     let lost = hit.ran.response.energy.dissipated_j / (0.25 * bead.mass() * hit.before * hit.before);
     // Ringing takes the square of its share of the speed, and what is measured of that goes in twice.
-    room.check(format!("{which}: energy lost over m v²/4, less 1"), (lost - 1.0).abs(), Limit::AtMost(2.0 * (ringing + parting)), "1");
+    room.check(
+        format!("{which}: energy lost over m v²/4, less 1"),
+        (lost - 1.0).abs(),
+        Limit::AtMost(2.0 * (ringing + parting)),
+        "1",
+    );
 }

@@ -19,7 +19,13 @@ pub(super) fn examine(room: &mut Room<'_>) {
     let run = |room: &Room<'_>, narrow: f64| {
         let narrow = format!("chain.gaps.contact3={narrow:e}");
         // A gap is below a radius.
-        let plain = ["chain.beads=3", "chain.radius=1.1 mm", "chain.gaps.contact1=0 m", "chain.gaps.contact2=1 mm", "chain.gaps.contact4=1 mm"];
+        let plain = [
+            "chain.beads=3",
+            "chain.radius=1.1 mm",
+            "chain.gaps.contact1=0 m",
+            "chain.gaps.contact2=1 mm",
+            "chain.gaps.contact4=1 mm",
+        ];
         let scene = room.scene("rigid", &[&plain[..], &[&narrow, "duration=140 us"]].concat())?;
         room.run_with(&scene, &Throw::at(SPEED))
     };

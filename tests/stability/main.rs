@@ -234,7 +234,7 @@ pub const CASES: &[Case] = &[
     Case {
         number: 18,
         name: "from rubber to beyond diamond",
-        what: "E of six beads falls from 1 TPa to 1 MPa. Pressed slowly to twice the static approach, every contact carries 2^(3/2) times the static \
+        what: "E of four beads falls from 1 TPa to 1 MPa. Pressed slowly to twice the static approach, every contact carries 2^(3/2) times the static \
                force.",
         fidelities: &FidelityLevel::ALL,
         examine: bodies::moduli,

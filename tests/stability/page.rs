@@ -8,7 +8,7 @@ use std::{
 
 use granchain_report::number::significant;
 
-use super::{Case, Check, Limit};
+use super::{CASES, Case, Check, Limit};
 
 /// Share of a limit below which a number is rounding, not a measurement.
 const NOTHING: f64 = 0.01;
@@ -31,10 +31,10 @@ pub fn compare(case: &Case, checks: &[Check]) {
     let from = page.find(&heading).unwrap_or(page.len());
     let to = page[from..].find("\n## ").map_or(page.len(), |more| from + more + 1);
     if std::env::var("STABILITY").is_ok_and(|mode| mode == "write") {
-        // A case that has no section yet comes behind those of lower numbers.
-        let next = format!("## {}. ", case.number + 1);
+        // A case that has no section yet comes before those of higher numbers.
+        let mut later = (case.number + 1..=CASES.len() as u32).map(|number| page.find(&format!("## {number}. ")));
         let (from, to) = if from == page.len() {
-            let place = page.find(&next).unwrap_or(page.len());
+            let place = later.find_map(|place| place).unwrap_or(page.len());
             (place, place)
         } else {
             (from, to)

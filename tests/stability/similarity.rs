@@ -116,7 +116,12 @@ pub(super) fn alpha(room: &mut Room<'_>) {
             let bead = &scene.chain.beads[0];
             let overlap = (scene.chain.precompression / bead_pair_stiffness(bead, bead)).powf(2.0 / 3.0);
             let most = 10.0 * 0.25 * scene.amplitude_scale * scene.drive.amplitude / overlap;
-            room.check(format!("{which}: twice the answer to α = 0.0005 against α = 0.001, rms"), apart, Limit::AtMost(most), "1");
+            room.check(
+                format!("{which}: twice the answer to α = 0.0005 against α = 0.001, rms"),
+                apart,
+                Limit::AtMost(most),
+                "1",
+            );
         }
         Err(reason) => room.failed(which, reason),
     }

@@ -19,13 +19,9 @@ pub(super) fn examine(room: &mut Room<'_>) {
 fn patch(room: &mut Room<'_>) {
     let which = "patch of a hundredth of the bead’s radius";
     // An overlap of 10 nm.
-    let throw = Throw { speed: 3e-3, ramp: 60e-6 };
-    let sets = [
-        "model.contact_patch=0.01",
-        "chain.gaps.contact2=300 nm",
-        "chain.gaps.contact3=300 nm",
-        "duration=220 us",
-    ];
+    let throw = Throw { speed: 3e-3, ramp: 30e-6 };
+    let sets =
+        ["model.contact_patch=0.01", "chain.gaps.contact2=150 nm", "chain.gaps.contact3=150 nm", "duration=100 us"];
     match thrown(room, &throw, &sets) {
         Ok(hit) => {
             room.sound(which, &hit.ran, Balance::UNDAMPED);
@@ -49,13 +45,14 @@ fn thin(room: &mut Room<'_>) {
     let which = "annulus of 1 µm";
     let run = |room: &Room<'_>, ring: &[&str], density: &str| {
         let density = format!("model.mesh_density={density}");
-        let tiny = ["alpha=0.01", "model.contact_patch=0.02", "duration=60 us", &density];
+        let tiny = ["chain.beads=2", "alpha=0.01", "model.contact_patch=0.02", "duration=40 us", &density];
         let scene = room.scene("annulus", &[&tiny[..], ring].concat())?;
         Ok::<_, String>((room.run(&scene)?, scene))
     };
     let thin = ["support.ring_radius=0.45 mm", "support.section_radius=1 um"];
     let all = || {
-        let pole = |ring: &[&str], density: &str| Ok::<_, String>(run(room, ring, density)?.0.response.pole_velocity.values);
+        let pole =
+            |ring: &[&str], density: &str| Ok::<_, String>(run(room, ring, density)?.0.response.pole_velocity.values);
         let usual = difference(&pole(&[], "8")?, &pole(&[], "12")?);
         let (coarse, scene) = run(room, &thin, "8")?;
         let apart = difference(&coarse.response.pole_velocity.values, &pole(&thin, "12")?);

@@ -57,8 +57,18 @@ pub(super) fn first_fall(
         value
     };
     let found = first_root(value, sigmas);
-    // It never held: it has to change at once.
-    if held { found } else { Some(0.0) }
+    if held {
+        return found;
+    }
+    // It held for less than a part, about where its rate passes zero, or never: then it has to change at once.
+    let ends = [0.0, 1.0].map(|sigma| (sigma, margin(sigma).1));
+    if ends[0].1 > 0.0 && ends[1].1 < 0.0 {
+        let highest = bracketed_root(|sigma| margin(sigma).1, ends[0], ends[1]);
+        if margin(highest).0 > 0.0 {
+            return first_root(|sigma| margin(sigma).0, [highest, 1.0].into_iter());
+        }
+    }
+    Some(0.0)
 }
 
 /// First root where a function falls through zero between two of `sigmas`, ascending.
@@ -109,6 +119,16 @@ mod tests {
         assert!((root(|s| (0.3 - s) * (0.7 - s) * (0.95 - s)).unwrap() - 0.3).abs() < 1e-15);
         assert!((root(|s| 1e-9 - s * s * s).unwrap() - 1e-3).abs() < 1e-15);
         assert_eq!(root(|s| -1.0 - s), Some(0.0));
+    }
+
+    /// A contact that opens with a rounding's overlap and closes again before the first of the parts.
+    #[test]
+    fn a_change_that_lasts_for_less_than_a_part_ends_where_it_does_and_not_at_once() {
+        let eighths = || (0..=8).map(|part| f64::from(part) / 8.0);
+        let short = |depth: f64| move |s: f64| (depth - (s - 0.01).powi(2), -2.0 * (s - 0.01));
+        let found = first_fall(short(0.99e-4), Crossing::Sure, eighths()).unwrap();
+        assert!((found - 0.01 - 0.99e-4_f64.sqrt()).abs() < 1e-12, "{found}");
+        assert_eq!(first_fall(short(-1e-9), Crossing::Sure, eighths()), Some(0.0));
     }
 
     /// Overlap −g + v t − ½ a t² of a flight that touches within the step, and of one that passes by.

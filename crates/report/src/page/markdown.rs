@@ -33,9 +33,9 @@ fn render_block<'a>(block: &Block, plates: &mut impl Iterator<Item = &'a Drawn<'
             facts.iter().try_for_each(|(name, value)| writeln!(text, "- {}: {}", escape(name), escape(value)))
         }
         Block::Table(table) => render_table(table, text),
-        Block::Timed(table) => {
-            writeln!(text, "{}\n", TIMES[0]).and_then(|()| render_table(table, text)).and_then(|()| writeln!(text, "\n{}", TIMES[1]))
-        }
+        Block::Timed(table) => writeln!(text, "{}\n", TIMES[0])
+            .and_then(|()| render_table(table, text))
+            .and_then(|()| writeln!(text, "\n{}", TIMES[1])),
         Block::Plates(list) => plates.take(list.len()).try_for_each(|plate| {
             let caption = escape(&plate.plate.caption);
             writeln!(text, "![Figure {}](figures/{}.png)\n", plate.number, plate.plate.name)?;

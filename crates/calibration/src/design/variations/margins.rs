@@ -24,8 +24,7 @@ use super::{
 };
 use crate::{engine::trace, observation::highest_cutoff, predict::replicates::Watch};
 use granchain_model::{
-    ModelError, Prepared,
-    prepare_with,
+    ModelError, Prepared, prepare_with,
     reduced::Cache,
     response::{EnergyBalance, Response, SMALL_RESIDUAL},
     scene::{DampingCoefficients, Integrator, ModelKind, Scene, Support},
@@ -237,9 +236,9 @@ impl Margins {
         let at_own = changes.iter().find(|(step, _)| *step == own).map(|(_, change)| *change);
         let cycles = (study.window[1] - study.window[0]) * scene.drive.frequency;
         let seen = if study.measurand == Measurand::Pressure { "pressure" } else { "last bead" };
-        let at_own = at_own.filter(|change| change.is_finite()).map_or("not compared at its own".to_owned(), |change| {
-            format!("{:.2} % at its own", 100.0 * change)
-        });
+        let at_own = at_own
+            .filter(|change| change.is_finite())
+            .map_or("not compared at its own".to_owned(), |change| format!("{:.2} % at its own", 100.0 * change));
         let least = if within.is_none() { "no step that was tried does, the shortest is given; " } else { "" };
         let note = format!("{least}waveform of the {seen} over {cycles:.1} periods, rms: {at_own}");
         let below = within.unwrap_or(&changes[0]).0.value();
