@@ -82,6 +82,9 @@ struct Bench {
     ensemble: Ensemble,
 }
 
+/// A scene and its place among those asked for.
+type Placed<'a> = (usize, &'a Scene);
+
 impl Lanes {
     /// None yet; `keeps_section` where the section of every run is wanted, a hundred numbers each.
     pub fn new(keeps_section: bool) -> Self {
@@ -96,7 +99,7 @@ impl Lanes {
         going_on: &(dyn Fn() -> bool + Sync),
     ) -> Vec<Option<Run>> {
         let mut runs = vec![None; scenes.len()];
-        let mut groups: Vec<(Arc<Bench>, Vec<(usize, &Scene)>)> = Vec::new();
+        let mut groups: Vec<(Arc<Bench>, Vec<Placed<'_>>)> = Vec::new();
         for (index, scene) in scenes.iter().enumerate().filter(|_| going_on()) {
             let bench = scene.as_ref().map_err(String::clone).and_then(|scene| Ok((scene, self.bench(scene)?)));
             match bench {
