@@ -78,8 +78,9 @@ pub(super) fn moduli(room: &mut Room<'_>) {
     let beads: Vec<String> = (1..=BEADS).map(|bead| format!("{{bead={bead}, material=\"of-bead-{bead}\"}}")).collect();
     let sets: Vec<String> =
         materials.chain([format!("chain.beads={BEADS}"), format!("chain.override=[{}]", beads.join(", "))]).collect();
-    let with =
-        |more: &[&str]| -> Vec<String> { sets.iter().cloned().chain(more.iter().map(|s| s.to_string())).collect() };
+    let with = |more: &[&str]| -> Vec<String> {
+        sets.iter().cloned().chain(more.iter().map(|set| (*set).to_owned())).collect()
+    };
     let scene = |room: &Room<'_>, more: &[&str]| {
         let sets = with(more);
         room.scene("rigid", &sets.iter().map(String::as_str).collect::<Vec<_>>())

@@ -284,14 +284,14 @@ pub const CASES: &[Case] = &[
     Case {
         number: 25,
         name: "slender elements",
-        what: "A patch of 5 µm at the pole of a bead; the thinnest annulus that is meshed.",
+        what: "A patch of 5 µm at the pole of a bead, its sides up to 4000 times the shortest; an annulus of 1 µm. The mesher makes no worse elements.",
         fidelities: &[FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: slivers::examine,
     },
     Case {
         number: 26,
         name: "a step fifty times too long",
-        what: "It is refused, or the ledger of energy warns.",
+        what: "It is refused, or the balance of energy warns.",
         fidelities: &[FidelityLevel::Hertz, FidelityLevel::Reduced, FidelityLevel::Fea],
         examine: steps::too_large,
     },

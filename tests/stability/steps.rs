@@ -80,7 +80,7 @@ pub(super) fn examine(room: &mut Room<'_>) {
     }
 }
 
-/// A step fifty times the default's: it is refused, or the ledger of energy warns.
+/// A step fifty times the default's: it is refused, or the balance of energy warns.
 pub(super) fn too_large(room: &mut Room<'_>) {
     let (scene, default) = match room.fidelity {
         // The chain has a fixed step on the clock of a disc only.
@@ -116,8 +116,8 @@ pub(super) fn too_large(room: &mut Room<'_>) {
 
 /// An undamped chain that rings for ten million steps.
 pub(super) fn ten_million(room: &mut Room<'_>) {
-    let which = "300 ms";
-    match room.scene("rigid", &["duration=300 ms", "output_step=20 us"]).and_then(|scene| room.run(&scene)) {
+    let which = "1050 ms";
+    match room.scene("rigid", &["duration=1050 ms", "output_step=20 us"]).and_then(|scene| room.run(&scene)) {
         Ok(ran) => {
             // Were each step's error of 1e-10 of one sign, a thousandth would be missing.
             room.sound(which, &ran, Balance { chain: 1e-3, ..Balance::UNDAMPED });
