@@ -53,7 +53,7 @@ pub struct Unsteady {
     duration: f64,
 }
 
-/// Where the motion of a scene is looked at: the last [`LOOKED_AT`] periods of its drive.
+/// Where the motion of a scene is looked at: the last `LOOKED_AT` periods of its drive.
 pub fn window(scene: &Scene) -> Result<Window, Unsteady> {
     let (frequency, needed) = (scene.drive.frequency, TRANSIENT + LOOKED_AT);
     let steady = match scene.drive.kind {

@@ -67,7 +67,7 @@ pub struct SteadyMotion {
 }
 
 impl SteadyMotion {
-    /// Of a signal in a window in which neither drive nor transient changes, of at least [`FEWEST`] drive periods. Phase 0 is at time 0.
+    /// Of a signal in a window in which neither drive nor transient changes, of at least `FEWEST` drive periods. Phase 0 is at time 0.
     pub fn of(series: &Series, window: Window, drive_frequency: f64) -> Result<Self, FeatureError> {
         let period = 1.0 / drive_frequency;
         let window = window.on(series)?;
