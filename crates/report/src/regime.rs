@@ -41,7 +41,7 @@ pub struct Fit {
     pub regions: Vec<Vec<(f64, f64)>>,
 }
 
-/// Names of what is told apart by colour, each with its tint.
+/// Names of the regimes that differ in colour, each with its tint.
 const CLASSES: [(&str, (Colour, f64)); 6] = [
     ("period 1", (Colour::SkyBlue, 0.3)),
     ("period 2", (Colour::SkyBlue, 1.0)),
@@ -104,7 +104,7 @@ pub fn map(x: &Varied, y: &Varied, runs: &[Option<(Regime, Option<f64>)>], fit: 
     Figure::new(format!("Regime of the last bead over {} and {}", x.name, y.name)).sized(PAGE_WIDTH_MM, 1).panel(panel)
 }
 
-/// Heights told apart in a bifurcation diagram.
+/// Heights that differ in a bifurcation diagram.
 const LEVELS: f64 = 400.0;
 
 /// Velocities (m/s) of the last bead once a drive period, over one parameter; each run with its regime, in the order of the values.

@@ -30,7 +30,7 @@ pub struct Channel {
 pub struct Form {
     /// Names of one or two files.
     pub files: Vec<String>,
-    /// Name of the horn's, where it is said.
+    /// Name of the horn's, if given.
     pub horn: String,
     pub bead: Channel,
     pub tip: Channel,

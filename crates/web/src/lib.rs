@@ -2,7 +2,7 @@
 //!
 //! The fields of the page are flags of the program ([`form`]) and are handed to the calls behind `granchain start` and `granchain calibrate`
 //! ([`answer`]), so that both give the same messages and the same report; flags in a message become names of fields ([`word`]).
-//! Files stay in memory. Whoever calls the functions below is the worker of `page/worker.js`.
+//! Files stay in memory. The functions below are called by the worker, `page/worker.js`.
 
 pub mod answer;
 pub mod form;

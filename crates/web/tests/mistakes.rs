@@ -45,7 +45,7 @@ fn said(form: &Form) -> String {
     }
 }
 
-/// What is said of a form holds all of `parts`, and no flag of the program.
+/// The message about a form contains all of `parts`, and no flag of the program.
 #[track_caller]
 fn says(form: &Form, parts: &[&str]) {
     let said = said(form);
