@@ -26,7 +26,7 @@ use crate::signal::visible;
 
 pub use columns::{WIDEST, aligned};
 pub use folder::{NOTHING_SAVED, OutputFolder, PLAN, same_plan};
-pub use list::{LIST, files_below, is_altered, list_faults};
+pub use list::{LIST, digest, files_below, is_altered, list_faults};
 pub use page::{publish, set_flags};
 use staged::Staged;
 pub use staged::{abandon, publishing};

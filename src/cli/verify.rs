@@ -26,17 +26,13 @@ use super::{
         files::{self, Files, Stop},
         manifest::{self, Manifest},
     },
-    output::{LIST, files_below, list_faults},
+    output::{LIST, digest, files_below, list_faults},
     summary,
     timing::{self, Timing},
 };
 use crate::{
-    measurement::{
-        read_back::{LARGE, read_back},
-        sha256,
-    },
+    measurement::read_back::{LARGE, read_back},
     model::vector_unit,
-    report::page::without_times,
 };
 
 /// Differences that are printed; `--json` has all.
@@ -99,7 +95,7 @@ pub fn execute(arguments: Arguments, session: &Session) -> anyhow::Result<Outcom
             Some(expected) => comparison.documents(name, expected, found),
             None => {}
         }
-        let (written, found) = (manifest.files.get(name), sha256(&without_times(found)));
+        let (written, found) = (manifest.files.get(name), digest(name, found));
         if let Some(written) = written.filter(|written| **written != found) {
             comparison.differ(format!("{name}: SHA-256"), written, found);
         }

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::Job;
 use crate::{
     calibration::{drive::Input, outcome::InputDigest, problem::Problem, recorded_run::RecordedRun},
-    cli::without,
-    measurement::{sha256, shell_line},
+    cli::{output::digest, without},
+    measurement::shell_line,
     model::vector_unit,
-    report::page::{Files, without_times},
+    report::page::Files,
 };
 
 pub const FILE: &str = "manifest.json";
@@ -35,7 +35,8 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of what a program made of its arguments and inputs.
     pub fn new(program: &str, arguments: &[String], inputs: BTreeMap<String, InputDigest>, files: &Files) -> Self {
-        let digests = files.iter().map(|(name, bytes)| (name.display().to_string(), sha256(&without_times(bytes))));
+        let named = files.iter().map(|(name, bytes)| (name.display().to_string(), bytes));
+        let digests = named.map(|(name, bytes)| (name.clone(), digest(&name, bytes)));
         Self {
             program: program.to_owned(),
             processor: vector_unit(),
